@@ -1,0 +1,35 @@
+# Compile options every target of this repository shares. burin_options is linked privately; it is never installed.
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_C_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+
+add_library(burin_options INTERFACE)
+target_compile_features(burin_options INTERFACE cxx_std_20 c_std_99)
+target_compile_options(burin_options INTERFACE
+  -Wall -Wextra -Wshadow -Wpointer-arith -Wcast-align -Wvla
+  $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual>
+  $<$<BOOL:${BURIN_WERROR}>:-Werror>
+  # Contraction into fused multiply-adds is the one value-changing transform compilers do by default; without it
+  # every target computes the same bits (design, promise 3).
+  -ffp-contract=off)
+if(BURIN_SCALAR_ONLY)
+  target_compile_definitions(burin_options INTERFACE BURIN_SCALAR_ONLY=1)
+endif()
+if(BURIN_SANITIZE)
+  target_compile_options(burin_options INTERFACE -fsanitize=${BURIN_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(burin_options INTERFACE -fsanitize=${BURIN_SANITIZE})
+endif()
+if(BURIN_FUZZ)
+  target_compile_options(burin_options INTERFACE -fsanitize=fuzzer-no-link)
+  target_link_options(burin_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+# The runtime neither throws nor asks for types at run time; tools may, since their libraries do.
+add_library(burin_runtime_options INTERFACE)
+target_link_libraries(burin_runtime_options INTERFACE burin_options)
+target_compile_options(burin_runtime_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-fno-exceptions -fno-rtti>)

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// One frame as every sensor and every data set delivers it. Depth and colour keep their own size, intrinsics, time
+// stamp and the extrinsic between them; intrinsics belong to the frame (phones move the lens).
+#pragma once
+
+#include <cstdint>
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "core/se3.h"
+
+namespace burin {
+
+struct Frame {
+    std::int64_t t_ns = 0;  // of the depth image
+
+    // Depth along the optical axis (z, not ray length). Exactly one of the two images is non-empty.
+    // metres = value * depth_unit_m. 0, 65535, negative, NaN and inf mean "no depth".
+    Image<std::uint16_t> depth_u16;
+    Image<float> depth_f32;
+    double depth_unit_m = 0.001;
+    Camera depth_camera;
+
+    // RGB, 3 channels, sRGB. Empty when the frame has no colour.
+    Image<std::uint8_t> colour;
+    Camera colour_camera;
+    std::int64_t colour_t_ns = 0;
+    Se3 T_colour_depth;  // maps depth camera coordinates to colour camera coordinates
+
+    bool has_pose = false;
+    Se3 T_world_camera;  // of the depth camera
+};
+
+}  // namespace burin

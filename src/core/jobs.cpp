@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "core/jobs.h"
+
+#include <algorithm>
+
+namespace burin {
+namespace {
+
+// A frame has several parallel stages a few hundred microseconds apart; sleeping in the kernel between them costs
+// 50 us each way, so a waiting thread first spins for about 20 us.
+constexpr int kSpins = 2000;
+
+inline void pause() {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__) || defined(__arm__)
+    asm volatile("yield");
+#endif
+}
+
+}  // namespace
+
+Jobs::Jobs(int threads) : threads_(std::clamp(threads, 1, kMaxThreads)) {
+    if (threads_ == 1) return;
+    workers_ = std::make_unique<std::thread[]>(static_cast<std::size_t>(threads_ - 1));
+    for (int i = 1; i < threads_; ++i) workers_[i - 1] = std::thread([this, i] { work(i); });
+}
+
+Jobs::~Jobs() {
+    stop_.store(true);
+    run_id_.fetch_add(1);
+    run_id_.notify_all();
+    for (int i = 1; i < threads_; ++i) workers_[i - 1].join();
+}
+
+void Jobs::run_erased(int count, Function function, void* context) {
+    if (threads_ == 1 || count <= 1) {
+        for (int i = 0; i < count; ++i) function(context, i, 0);
+        return;
+    }
+    function_ = function;
+    context_ = context;
+    count_ = count;
+    next_.store(0, std::memory_order_relaxed);
+    busy_.store(threads_ - 1, std::memory_order_relaxed);
+    run_id_.fetch_add(1, std::memory_order_release);
+    run_id_.notify_all();
+    for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count;) function(context, item, 0);
+    int spins = 0;
+    for (int left; (left = busy_.load(std::memory_order_acquire)) != 0;) {
+        if (++spins < kSpins)
+            pause();
+        else
+            busy_.wait(left, std::memory_order_acquire);
+    }
+}
+
+void Jobs::work(int worker) {
+    std::uint32_t seen = 0;
+    for (;;) {
+        int spins = 0;
+        while (run_id_.load(std::memory_order_acquire) == seen) {
+            if (++spins < kSpins)
+                pause();
+            else
+                run_id_.wait(seen, std::memory_order_acquire);
+        }
+        ++seen;  // never more than one run ahead: a run ends only when every worker has reported
+        if (stop_.load()) return;
+        for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count_;)
+            function_(context_, item, worker);
+        if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_one();
+    }
+}
+
+}  // namespace burin

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "core/se3.h"
+
+#include <algorithm>
+
+namespace burin {
+
+Se3 Se3::inverse() const {
+    const Mat3d Rt = R.transposed();
+    return {Rt, -(Rt * t)};
+}
+
+Result<Se3> se3_from_quaternion(Vec3d t, Quaternion q) {
+    const double n2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z) || !std::isfinite(n2))
+        return Status::error(Code::invalid_argument, "pose is not finite");
+    const double n = std::sqrt(n2);
+    if (!(std::fabs(n - 1.0) <= 0.05))
+        return Status::error(Code::invalid_argument, "quaternion norm is %g, expected 1", n);
+    const double x = q.x / n, y = q.y / n, z = q.z / n, w = q.w / n;
+    Se3 T;
+    T.R = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),      //
+            2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),      //
+            2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+    T.t = t;
+    return T;
+}
+
+Result<Se3> se3_from_matrix(const double* m, int rows, double tolerance) {
+    for (int i = 0; i < 4 * rows; ++i)
+        if (!std::isfinite(m[i])) return Status::error(Code::invalid_argument, "pose matrix entry %d is not finite", i);
+    if (rows == 4 && (std::fabs(m[12]) > 1e-6 || std::fabs(m[13]) > 1e-6 || std::fabs(m[14]) > 1e-6 ||
+                      std::fabs(m[15] - 1) > 1e-6))
+        return Status::error(Code::invalid_argument, "last row of the pose is %g %g %g %g, expected 0 0 0 1", m[12],
+                             m[13], m[14], m[15]);
+    Se3 T;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) T.R(r, c) = m[4 * r + c];
+    T.t = {m[3], m[7], m[11]};
+    double worst = 0;
+    for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b)
+            worst = std::max(worst, std::fabs(dot(T.R.column(a), T.R.column(b)) - (a == b ? 1.0 : 0.0)));
+    if (!(worst <= tolerance))
+        return Status::error(Code::invalid_argument, "rotation is not orthonormal (R^T R off by %g, expected at most %g)",
+                             worst, tolerance);
+    if (T.R.determinant() < 0)
+        return Status::error(Code::invalid_argument, "rotation has determinant -1 (a reflection), expected +1");
+    // Back through the quaternion: the nearest rotation to first order, and the same arithmetic as the other path.
+    Quaternion q = quaternion_of(T.R);
+    const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+    return se3_from_quaternion(T.t, {q.x / n, q.y / n, q.z / n, q.w / n});
+}
+
+// Shepperd's method: the largest of the four squared components is the divisor, so no cancellation.
+Quaternion quaternion_of(const Mat3d& R) {
+    const double trace = R(0, 0) + R(1, 1) + R(2, 2);
+    Quaternion q;
+    if (trace >= R(0, 0) && trace >= R(1, 1) && trace >= R(2, 2)) {
+        const double s = 2 * std::sqrt(std::max(1 + trace, 0.0));
+        q = {(R(2, 1) - R(1, 2)) / s, (R(0, 2) - R(2, 0)) / s, (R(1, 0) - R(0, 1)) / s, s / 4};
+    } else if (R(0, 0) >= R(1, 1) && R(0, 0) >= R(2, 2)) {
+        const double s = 2 * std::sqrt(std::max(1 + R(0, 0) - R(1, 1) - R(2, 2), 0.0));
+        q = {s / 4, (R(0, 1) + R(1, 0)) / s, (R(0, 2) + R(2, 0)) / s, (R(2, 1) - R(1, 2)) / s};
+    } else if (R(1, 1) >= R(2, 2)) {
+        const double s = 2 * std::sqrt(std::max(1 + R(1, 1) - R(0, 0) - R(2, 2), 0.0));
+        q = {(R(0, 1) + R(1, 0)) / s, s / 4, (R(1, 2) + R(2, 1)) / s, (R(0, 2) - R(2, 0)) / s};
+    } else {
+        const double s = 2 * std::sqrt(std::max(1 + R(2, 2) - R(0, 0) - R(1, 1), 0.0));
+        q = {(R(0, 2) + R(2, 0)) / s, (R(1, 2) + R(2, 1)) / s, s / 4, (R(1, 0) - R(0, 1)) / s};
+    }
+    if (q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
+    return q;
+}
+
+}  // namespace burin

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/vec.h"
+
+namespace burin {
+
+// An indexed triangle mesh of tools and exporters, metres, counter-clockwise seen from outside (from the side the
+// cameras saw). normals, colours and labels are either empty or one per vertex / vertex / triangle.
+struct TriangleMesh {
+    std::vector<Vec3f> positions;
+    std::vector<Vec3f> normals;                          // unit length, pointing to free space
+    std::vector<std::array<std::uint8_t, 3>> colours;    // sRGB
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<std::uint8_t> labels;  // none wall floor ceiling table seat window door = 0..7
+};
+
+}  // namespace burin
