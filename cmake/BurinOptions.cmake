@@ -36,6 +36,14 @@ if(BURIN_FUZZ)
   target_link_options(burin_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# A C program that links the static form needs the C++ library by name; no C linker adds it.
+set(BURIN_CXX_LIBRARIES)
+foreach(library IN LISTS CMAKE_CXX_IMPLICIT_LINK_LIBRARIES)
+  if(library MATCHES "^(stdc\\+\\+|c\\+\\+|m)$" AND NOT library IN_LIST BURIN_CXX_LIBRARIES)
+    list(APPEND BURIN_CXX_LIBRARIES ${library})
+  endif()
+endforeach()
+
 # The runtime neither throws nor asks for types at run time; tools may, since their libraries do.
 add_library(burin_runtime_options INTERFACE)
 target_link_libraries(burin_runtime_options INTERFACE burin_options)
