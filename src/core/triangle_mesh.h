@@ -5,18 +5,24 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/status.h"
 #include "core/vec.h"
 
 namespace burin {
 
-// An indexed triangle mesh of tools and exporters, metres, counter-clockwise seen from outside (from the side the
-// cameras saw). normals, colours and labels are either empty or one per vertex / vertex / triangle.
+// An indexed triangle mesh of tools and exporters, metres, counter-clockwise seen from outside (from the side
+// the cameras saw). normals, colours and labels are either empty or one per vertex / vertex / triangle.
 struct TriangleMesh {
     std::vector<Vec3f> positions;
-    std::vector<Vec3f> normals;                          // unit length, pointing to free space
-    std::vector<std::array<std::uint8_t, 3>> colours;    // sRGB
+    std::vector<Vec3f> normals;                        // unit length, pointing to free space
+    std::vector<std::array<std::uint8_t, 3>> colours;  // sRGB
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<std::uint8_t> labels;  // none wall floor ceiling table seat window door = 0..7
 };
+
+// What exporters and evaluation demand. Error (invalid_argument): normals, colours or labels neither empty
+// nor one per vertex / vertex / triangle, over 2^31 - 1 of anything, an index out of range, a position that
+// is not finite.
+Status check_mesh(const TriangleMesh& mesh);
 
 }  // namespace burin
