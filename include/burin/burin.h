@@ -245,9 +245,13 @@ typedef struct burin_chunk_key {
 BURIN_API burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity, uint64_t* count);
 
 /* The surface inside one chunk's cells; vertices on the border are repeated, bit for bit, by the neighbour. At most
- * 1536 vertices and 2560 triangles. Clears the chunk's dirty mark. A chunk that is not there gives an empty mesh. */
+ * 1944 vertices and 2560 triangles. Clears the chunk's dirty mark. A chunk that is not there gives an empty mesh. */
 BURIN_API burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_mesh_options* options,
                                         burin_mesh_buffers* mesh);
+
+/* Removes connected components of fewer than min_triangles triangles, in place; what stays keeps its order, and the
+ * counts are updated. scratch: 2 * mesh->vertex_count uint32_t. Needs no map. */
+BURIN_API burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_triangles, uint32_t* scratch);
 
 /* -------------------------------------------------------------------------------------------------------- queries */
 

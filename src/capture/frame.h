@@ -11,6 +11,19 @@
 
 namespace burin {
 
+// A frame in somebody else's memory, for the length of a call. Exactly one depth image is non-empty.
+struct FrameView {
+    std::int64_t t_ns = 0;
+    View<const std::uint16_t> depth_u16;
+    View<const float> depth_f32;
+    double depth_unit_m = 0.001;
+    Camera depth_camera;
+    View<const std::uint8_t> colour;  // RGB; stride in bytes
+    Camera colour_camera;
+    Se3 T_colour_depth;
+    Se3 T_world_camera;
+};
+
 struct Frame {
     std::int64_t t_ns = 0;  // of the depth image
 

@@ -18,10 +18,9 @@ Status check_camera(const Camera& c, const char* what) {
     if (c.width < 1 || c.height < 1 || c.width > kMaxImageSide || c.height > kMaxImageSide)
         return Status::error(Code::invalid_argument, "%s camera: image size is %dx%d, expected 1..%d each way", what,
                              c.width, c.height, kMaxImageSide);
-    if (!(c.fx > 0) || !(c.fy > 0) || !(c.fx < 100.0 * c.width) || !(c.fy < 100.0 * c.height))
+    if (!(c.fx >= 0.05 * c.width) || !(c.fy >= 0.05 * c.height) || !(c.fx < 100.0 * c.width) || !(c.fy < 100.0 * c.height))
         return Status::error(Code::invalid_argument,
-                             "%s camera: focal length is %g %g pixels, expected above 0 and below 100 image sizes", what,
-                             c.fx, c.fy);
+                             "%s camera: focal length is %g %g pixels, expected 0.05 to 100 image sizes", what, c.fx, c.fy);
     if (!(c.cx >= -c.width && c.cx <= 2.0 * c.width && c.cy >= -c.height && c.cy <= 2.0 * c.height))
         return Status::error(Code::invalid_argument,
                              "%s camera: principal point is %g %g, expected within one image size of the image", what,

@@ -23,8 +23,8 @@ struct Pixel {
 // Largest image side accepted anywhere; keeps every product of sizes inside 32 bits.
 inline constexpr int kMaxImageSide = 16384;
 
-// Error: a size outside 1..kMaxImageSide, a focal length not positive or absurd (over 100 image widths: the depth
-// rays would be parallel), a non-finite number, or a principal point more than one image size outside the image.
+// Error: a size outside 1..kMaxImageSide, a focal length outside 0.05..100 image sizes (a view of
+// 168 degrees, or parallel rays), a non-finite number, or a principal point more than one image size outside the image.
 // `what` names the camera in the message, e.g. "depth".
 Status check_camera(const Camera& camera, const char* what);
 

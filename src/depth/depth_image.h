@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// The depth stage: from a frame's raw depth to what integration reads. Fixed memory, sized by the largest image.
+#pragma once
+
+#include <cstdint>
+
+#include "capture/frame.h"
+#include "core/arena.h"
+#include "core/jobs.h"
+
+namespace burin {
+
+// Depth with a border of one pixel of zeros. Pixel (x, y) of the image is at (y + 1) * stride + x + 1; 0 = no depth;
+// metres = value * unit_m. `weights` (same layout, in units of simd::kWeightOne per observation) may be null.
+struct DepthImage {
+    int width = 0, height = 0, stride = 0;
+    float unit_m = 0;
+    const std::uint16_t* pixels = nullptr;
+    const std::uint16_t* weights = nullptr;
+    Camera camera;                       // undistorted
+    std::uint32_t valid = 0;             // pixels with depth
+    float nearest_m = 0, farthest_m = 0;  // over valid pixels
+
+    std::uint16_t at(int x, int y) const { return pixels[(y + 1) * stride + x + 1]; }
+};
+
+// Least and largest valid depth of a square of pixels; least == 0 and largest == 0 when none is valid.
+struct DepthRange {
+    std::uint16_t least, largest;
+};
+
+// Ranges over tiles of kTile x kTile pixels, then over 2x2 of those, and so on until one tile is left.
+struct DepthTiles {
+    static constexpr int kTile = 4;  // pixels; smaller tiles cost more boxes, larger ones mark more than the band
+    static constexpr int kMaxLevels = 13;  // 4 * 2^12 = 16384 = kMaxImageSide
+    int levels = 0;
+    int width[kMaxLevels] = {}, height[kMaxLevels] = {};
+    const DepthRange* level[kMaxLevels] = {};
+
+    // A range that holds every valid depth in pixels [x0, x1] x [y0, y1], clipped to the image (it may be wider).
+    DepthRange over(int x0, int y0, int x1, int y1) const;
+};
+
+struct DepthOptions {
+    float min_depth_m = 0.2f, max_depth_m = 4.0f;
+    bool bilateral = false;
+    bool edge_removal = false;
+    bool inverse_z2_weight = false;
+    bool angle_weight = false;
+    int max_width = 640, max_height = 480;
+
+    bool weighted() const { return inverse_z2_weight || angle_weight; }
+};
+
+class DepthStage {
+  public:
+    void place(Arena& arena, const DepthOptions& options);
+
+    // Converts, clips to range, rectifies (when the depth camera is distorted), and filters as the options say.
+    // The frame must have been checked: its cameras are valid and its depth is at most max_width x max_height.
+    // `image` and `tiles` stay valid until the next call.
+    void prepare(const FrameView& frame, Jobs& jobs);
+
+    DepthImage image;
+    DepthTiles tiles;
+
+  private:
+    void build_tiles(Jobs& jobs);
+
+    DepthOptions options_;
+    std::uint16_t* pixels_ = nullptr;
+    std::uint16_t* scratch_ = nullptr;  // second image for filters
+    std::uint16_t* weights_ = nullptr;
+    DepthRange* ranges_ = nullptr;
+};
+
+}  // namespace burin

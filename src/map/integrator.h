@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Fuses a prepared depth image (and colour) into the volume: projective signed distance and running average
+// (Curless & Levoy 1996; KinectFusion 2011, section 3.2) over the chunks that the truncation band crosses.
+#pragma once
+
+#include <cstdint>
+
+#include "core/arena.h"
+#include "core/jobs.h"
+#include "depth/depth_image.h"
+#include "map/band_marker.h"
+#include "map/volume.h"
+#include "simd/tsdf.h"
+
+namespace burin {
+
+struct IntegrationOptions {
+    simd::TruncationModel truncation{};
+    simd::FuseModel fuse{};
+    bool carve = true;
+};
+
+struct IntegrationCounts {
+    std::uint32_t fused = 0, added = 0, carved = 0, dropped = 0;  // chunks
+};
+
+class Integrator {
+  public:
+    void place(Arena& arena, const IntegrationOptions& options);
+
+    // A chunk is touched if and only if the centre of at least one of its voxels lies in the band at its nearest
+    // pixel; voxels in front of the band in touched chunks take +truncation. New chunks are inserted in key order;
+    // those that find no room are counted in `dropped`. `frame_number` >= 1 and different for every call.
+    // `frame` gives the pose and the colour; its depth is `depth.image`.
+    IntegrationCounts integrate(Volume& volume, const DepthStage& depth, const FrameView& frame, std::uint32_t frame_number,
+                                Jobs& jobs);
+
+  private:
+    struct Job;  // what all chunks of a frame share
+    void fuse_batch(Job& job, int count, IntegrationCounts& counts);
+    void carve(Job& job, IntegrationCounts& counts);
+
+    // Chunks taken through the four steps (find, test, insert, fuse) at a time: enough to keep threads busy, and 64 KiB.
+    static constexpr int kBatch = 4096;
+
+    IntegrationOptions options_;
+    BandMarker marker_;
+    simd::ProjectiveOffsets* depth_offsets_ = nullptr;
+    simd::ProjectiveOffsets* colour_offsets_ = nullptr;
+    ChunkKey* keys_ = nullptr;        // kBatch
+    std::uint32_t* slots_ = nullptr;  // kBatch
+    std::uint8_t* touched_ = nullptr;  // kBatch
+};
+
+}  // namespace burin

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "map/map_file.h"
+
+#include <cerrno>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/atomic_file.h"
+#include "core/hash.h"
+
+namespace burin {
+namespace {
+
+constexpr char kMagic[8] = {'B', 'U', 'R', 'I', 'N', 'M', 'A', 'P'};
+constexpr std::uint32_t kByteOrder = 0x01020304;
+
+struct IndexEntry {
+    ChunkKey key;
+    std::uint64_t checksum;
+};
+
+std::uint64_t index_bytes(std::uint32_t chunks) {
+    return (std::uint64_t{chunks} * sizeof(IndexEntry) + kMapFilePage - 1) / kMapFilePage * kMapFilePage;
+}
+std::uint64_t geometry_at(std::uint32_t chunks) { return kMapFilePage + index_bytes(chunks); }
+std::uint64_t expected_bytes(const MapFileHead& head) {
+    return geometry_at(head.chunks) +
+           std::uint64_t{head.chunks} * (sizeof(ChunkGeometry) + (head.has_colour ? sizeof(ChunkColour) : 0));
+}
+std::uint64_t digest_of(const MapFileHead& head) { return hash_bytes(&head, offsetof(MapFileHead, head_hash)); }
+
+Status damaged(const char* name, const char* what) {
+    return Status::error(Code::format, "%s: map file is damaged: %s", name, what);
+}
+
+class File {  // closes itself
+  public:
+    explicit File(const char* path) : file_(std::fopen(path, "rb")) {}
+    ~File() {
+        if (file_) std::fclose(file_);
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+    explicit operator bool() const { return file_ != nullptr; }
+    bool read(void* to, std::size_t bytes) { return std::fread(to, 1, bytes, file_) == bytes; }
+    bool seek(std::uint64_t at) { return fseeko(file_, static_cast<off_t>(at), SEEK_SET) == 0; }
+    std::uint64_t size() {
+        if (fseeko(file_, 0, SEEK_END) != 0) return 0;
+        const off_t end = ftello(file_);
+        return end < 0 ? 0 : static_cast<std::uint64_t>(end);
+    }
+
+  private:
+    std::FILE* file_;
+};
+
+}  // namespace
+
+Status save_map(const Volume& volume, MapFileHead head, const char* path, std::uint32_t* scratch) {
+    std::memcpy(head.magic, kMagic, sizeof kMagic);
+    head.version = kMapFileVersion;
+    head.byte_order = kByteOrder;
+    head.has_colour = volume.has_colour();
+    head.voxel_m = volume.shape().voxel_m;
+    head.truncation_m = volume.shape().truncation_m;
+    head.chunks = volume.live();
+    head.map_hash = volume.hash(scratch);  // also leaves the slots in key order in scratch
+    head.unused = 0;
+    head.index_hash = 0;
+    for (std::uint32_t i = 0; i < head.chunks; ++i) {
+        const IndexEntry entry = {volume.key(scratch[i]), volume.chunk_hash(scratch[i])};
+        head.index_hash = hash_bytes(&entry, sizeof entry, head.index_hash);
+    }
+    head.head_hash = digest_of(head);
+
+    AtomicFile file;
+    static const unsigned char kZeros[kMapFilePage] = {};
+    BURIN_TRY(file.open(path));
+    BURIN_TRY(file.write(&head, sizeof head));
+    BURIN_TRY(file.write(kZeros, kMapFilePage - sizeof head));
+    for (std::uint32_t i = 0; i < head.chunks; ++i) {
+        const IndexEntry entry = {volume.key(scratch[i]), volume.chunk_hash(scratch[i])};
+        BURIN_TRY(file.write(&entry, sizeof entry));
+    }
+    BURIN_TRY(file.write(kZeros, index_bytes(head.chunks) - std::uint64_t{head.chunks} * sizeof(IndexEntry)));
+    for (std::uint32_t i = 0; i < head.chunks; ++i) BURIN_TRY(file.write(&volume.geometry(scratch[i]), sizeof(ChunkGeometry)));
+    if (volume.has_colour())
+        for (std::uint32_t i = 0; i < head.chunks; ++i) BURIN_TRY(file.write(&volume.colour(scratch[i]), sizeof(ChunkColour)));
+    return file.commit(true);
+}
+
+Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name, MapFileHead* head) {
+    if (bytes < sizeof *head)
+        return Status::error(Code::format, "%s: %llu bytes long, a map file has at least %zu", name,
+                             static_cast<unsigned long long>(file_bytes), kMapFilePage);
+    std::memcpy(head, data, sizeof *head);
+    if (std::memcmp(head->magic, kMagic, sizeof kMagic) != 0)
+        return Status::error(Code::format, "%s: not a map file (it does not begin with BURINMAP)", name);
+    if (head->byte_order != kByteOrder)
+        return Status::error(Code::unsupported, "%s: written on a machine of the other byte order", name);
+    if (head->version != kMapFileVersion)
+        return Status::error(Code::unsupported, "%s: map file of version %u, this library reads version %u", name, head->version,
+                             kMapFileVersion);
+    if (head->head_hash != digest_of(*head)) return damaged(name, "the checksum of the head does not match");
+    if (!(head->voxel_m > 0) || !(head->truncation_m > 0) || !std::isfinite(head->voxel_m) || !std::isfinite(head->truncation_m) ||
+        head->config_bytes > sizeof head->config || head->has_colour > 1)
+        return damaged(name, "the head holds impossible values");
+    if (file_bytes != expected_bytes(*head))
+        return Status::error(Code::format, "%s: map file is damaged: %llu bytes long, expected %llu for %u chunks", name,
+                             static_cast<unsigned long long>(file_bytes), static_cast<unsigned long long>(expected_bytes(*head)),
+                             head->chunks);
+    return {};
+}
+
+Status read_map_head(const char* path, MapFileHead* head) {
+    File file(path);
+    if (!file) return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
+    const std::uint64_t size = file.size();
+    unsigned char bytes[sizeof(MapFileHead)];
+    const std::size_t have = size < sizeof bytes ? static_cast<std::size_t>(size) : sizeof bytes;
+    if (!file.seek(0) || !file.read(bytes, have)) return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
+    return parse_map_head(bytes, have, size, path, head);
+}
+
+Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch) {
+    volume.clear();
+    File file(path);
+    if (!file || !file.seek(kMapFilePage)) return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
+    const auto fail = [&](const char* what) {
+        volume.clear();
+        return damaged(path, what);
+    };
+    std::uint64_t index_hash = 0;
+    ChunkKey previous = 0;
+    for (std::uint32_t i = 0; i < head.chunks; ++i) {
+        IndexEntry entry;
+        if (!file.read(&entry, sizeof entry)) return fail("the index is cut short");
+        if (entry.key <= previous || !chunk_in_range(unpack_key(entry.key)) || entry.key >> 63) return fail("keys are out of order");
+        previous = entry.key;
+        index_hash = hash_bytes(&entry, sizeof entry, index_hash);
+        if (volume.insert(entry.key) == kNoChunk) return fail("it holds more chunks than there is room for");
+    }
+    if (index_hash != head.index_hash) return fail("the checksum of the index does not match");
+    if (!file.seek(geometry_at(head.chunks))) return fail("the chunks are cut short");
+    for (std::uint32_t slot = 0; slot < head.chunks; ++slot) {
+        ChunkGeometry& g = volume.geometry(slot);
+        if (!file.read(&g, sizeof g)) return fail("the chunks are cut short");
+        int least = 32767;
+        for (int i = 0; i < kChunkVoxels; ++i)
+            if (g.weight[i] > 0) least = std::min(least, std::abs(static_cast<int>(g.sdf[i])));
+        volume.least_distance(slot) = static_cast<std::int16_t>(least);
+    }
+    if (head.has_colour)
+        for (std::uint32_t slot = 0; slot < head.chunks; ++slot)
+            if (!file.read(&volume.colour(slot), sizeof(ChunkColour))) return fail("the chunks are cut short");
+    if (volume.hash(scratch) != head.map_hash) return fail("the checksum of the chunks does not match");
+    return {};
+}
+
+}  // namespace burin

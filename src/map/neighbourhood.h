@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "map/volume.h"
+
+namespace burin {
+
+// The 27 chunks around (and with) one chunk, looked up once.
+struct Neighbourhood {
+    std::uint32_t slot[27];  // kNoChunk where absent; index (dz + 1) * 9 + (dy + 1) * 3 + dx + 1
+    Vec3i chunk;
+
+    Neighbourhood(const Volume& volume, Vec3i centre) : chunk(centre) {
+        for (int i = 0; i < 27; ++i) {
+            const Vec3i c = {centre.x + i % 3 - 1, centre.y + i / 3 % 3 - 1, centre.z + i / 9 - 1};
+            slot[i] = chunk_in_range(c) ? volume.find(pack_key(c)) : kNoChunk;
+        }
+    }
+    // Voxel (x, y, z) relative to the centre chunk, each in -8..15: its chunk's place in `slot`, and its index there.
+    static int place(int x, int y, int z) { return ((z >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (x >> 3) + 1; }
+    static int voxel(int x, int y, int z) { return (z & 7) << 6 | (y & 7) << 3 | (x & 7); }
+};
+
+}  // namespace burin

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// The chunked signed distance field in fixed memory: two pools of chunk halves under one index, an open-addressing
+// hash from key to index (Niessner 2013), and per-chunk facts in side arrays.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/arena.h"
+#include "map/chunk.h"
+
+namespace burin {
+
+inline constexpr std::uint32_t kNoChunk = 0xffffffffu;
+
+// Bits of Volume::flags.
+enum : std::uint8_t {
+    kChunkDirty = 1,  // changed, and its neighbours have not been told
+    kChunkStale = 2,  // its mesh may differ from the one last extracted
+};
+
+struct VolumeShape {
+    std::uint32_t capacity = 0;  // chunks
+    bool colour = false;
+    float voxel_m = 0;
+    float truncation_m = 0;  // what sdf = 32767 stands for
+};
+
+class Volume {
+  public:
+    // Lays the parts out in the arena; an Arena that measures gives the size without touching memory.
+    void place(Arena& arena, const VolumeShape& shape);
+    void clear();
+
+    const VolumeShape& shape() const { return shape_; }
+    std::uint32_t live() const { return live_; }
+    std::uint32_t high_water() const { return high_water_; }
+    float voxel_m() const { return shape_.voxel_m; }
+    float units_to_m() const { return shape_.truncation_m / 32767.0f; }
+
+    // kNoChunk when absent. Safe from several threads while nobody inserts or removes.
+    std::uint32_t find(ChunkKey key) const;
+    // A new chunk, all voxels unobserved and dirty, or kNoChunk when the pool is full. `key` must be absent.
+    std::uint32_t insert(ChunkKey key);
+
+    // Slots 0..live()-1 are in use, in order of insertion.
+    ChunkKey key(std::uint32_t slot) const { return keys_[slot]; }
+    ChunkGeometry& geometry(std::uint32_t slot) { return geometry_[slot]; }
+    const ChunkGeometry& geometry(std::uint32_t slot) const { return geometry_[slot]; }
+    bool has_colour() const { return shape_.colour; }
+    ChunkColour& colour(std::uint32_t slot) { return colour_[slot]; }
+    const ChunkColour& colour(std::uint32_t slot) const { return colour_[slot]; }
+
+    std::uint8_t& flags(std::uint32_t slot) { return flags_[slot]; }
+    std::uint8_t flags(std::uint32_t slot) const { return flags_[slot]; }
+    // Number of the frame that last fused or carved the chunk.
+    std::uint32_t& last_seen(std::uint32_t slot) { return last_seen_[slot]; }
+    // Least |sdf| over its observed voxels: kFree (32767) means nothing but free space.
+    std::int16_t& least_distance(std::uint32_t slot) { return least_distance_[slot]; }
+
+    // Slots in ascending key order, written to out[0..live()-1].
+    void sorted_slots(std::uint32_t* out) const;
+    // Digest of all keys and voxels in key order. `scratch`: live() entries.
+    std::uint64_t hash(std::uint32_t* scratch) const;
+    // Digest of one chunk, also the checksum of the map file.
+    std::uint64_t chunk_hash(std::uint32_t slot) const;
+
+    std::size_t chunk_bytes() const { return sizeof(ChunkGeometry) + (shape_.colour ? sizeof(ChunkColour) : 0); }
+
+  private:
+    struct Entry {
+        ChunkKey key;  // 0: empty
+        std::uint32_t slot;
+        std::uint32_t unused;
+    };
+
+    VolumeShape shape_;
+    std::uint32_t live_ = 0, high_water_ = 0;
+    std::uint32_t table_mask_ = 0;
+    Entry* table_ = nullptr;
+    ChunkKey* keys_ = nullptr;
+    std::uint32_t* last_seen_ = nullptr;
+    std::int16_t* least_distance_ = nullptr;
+    std::uint8_t* flags_ = nullptr;
+    ChunkGeometry* geometry_ = nullptr;
+    ChunkColour* colour_ = nullptr;
+};
+
+}  // namespace burin

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+// The loop of fusion with given poses: depth, integrate, mesh. The only place where these stages meet.
+#pragma once
+
+#include <cstdint>
+
+#include "capture/frame.h"
+#include "core/arena.h"
+#include "core/jobs.h"
+#include "core/status.h"
+#include "depth/depth_image.h"
+#include "map/integrator.h"
+#include "map/map_file.h"
+#include "map/raycast.h"
+#include "map/volume.h"
+#include "mesh/mesher.h"
+
+namespace burin {
+
+struct FusionOptions {
+    std::uint64_t budget_bytes = 0;
+    VolumeShape volume;  // capacity is derived from the budget
+    DepthOptions depth;
+    IntegrationOptions integration;
+};
+
+struct FrameReport {
+    IntegrationCounts chunks;
+    std::uint32_t valid_pixels = 0;
+    double depth_ms = 0, integrate_ms = 0;
+};
+
+class FusionSession {
+  public:
+    // The largest capacity whose layout fits the budget, and the bytes of that layout. 0 chunks: the budget does not
+    // even hold the parts that do not depend on the capacity; `bytes` is then what one chunk would need.
+    static std::uint32_t capacity_for(const FusionOptions& options, std::uint64_t* bytes);
+    static std::uint64_t bytes_for(const FusionOptions& options, std::uint32_t capacity);
+
+    // Lays everything out in the arena, options.volume.capacity chunks.
+    void place(Arena& arena, const FusionOptions& options);
+    void clear();
+
+    // `frame` must have been checked.
+    FrameReport integrate(const FrameView& frame, Jobs& jobs);
+
+    MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) { return mesher_.count(volume_, options, jobs); }
+    void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) { mesher_.extract(volume_, options, out, jobs); }
+    // One chunk's mesh for streaming; clears its dirty mark.
+    MeshCounts mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out);
+    // Changed chunks and those whose cells or normals read them, in key order: put(i, chunk) for the first `capacity`.
+    // Returns how many there are.
+    template <class Put>
+    std::uint64_t dirty_chunks(Put&& put, std::uint64_t capacity) {
+        spread_dirt();
+        volume_.sorted_slots(scratch_);
+        std::uint64_t count = 0;
+        for (std::uint32_t i = 0; i < volume_.live(); ++i) {
+            if (!(volume_.flags(scratch_[i]) & kChunkStale)) continue;
+            if (count < capacity) put(count, unpack_key(volume_.key(scratch_[i])));
+            ++count;
+        }
+        return count;
+    }
+
+    void raycast_map(const Camera& camera, const Se3& T_world_camera, const RaycastImages& out, Jobs& jobs) const {
+        raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
+    }
+
+    Status save(const char* path, const MapFileHead& head) { return save_map(volume_, head, path, scratch_); }
+    Status load(const char* path, const MapFileHead& head);
+    std::uint64_t hash() { return volume_.hash(scratch_); }
+
+    const Volume& volume() const { return volume_; }
+    std::uint64_t frames() const { return frames_; }
+    std::uint64_t dropped() const { return dropped_; }
+
+  private:
+    void spread_dirt();
+
+    FusionOptions options_;
+    Volume volume_;
+    DepthStage depth_;
+    Integrator integrator_;
+    Mesher mesher_;
+    std::uint32_t* scratch_ = nullptr;  // one entry a chunk
+    std::uint64_t frames_ = 0, dropped_ = 0;
+};
+
+}  // namespace burin
