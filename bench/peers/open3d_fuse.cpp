@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: MIT
+// Open3D's fusion of the same frames, for comparison: ScalableTSDFVolume (Zhou & Koltun's, the one its
+// reconstruction system uses) or, with --vbg, the VoxelBlockGrid of its tensor library on the CPU. Prints one
+// JSON object.
+//
+// Timed is what Open3D does with a frame that is ready in its own format; reading, decoding, clipping to the
+// depth range and bringing colour to the depth pixels are not. Both volumes give every observation the
+// weight 1. Open3D 0.16 allocates where every `stride`-th depth pixel in x and y falls (4 by default in both
+// volumes, fixed in VoxelBlockGrid) and integrates all pixels.
+#include <open3d/camera/PinholeCameraIntrinsic.h>
+#include <open3d/core/EigenConverter.h>
+#include <open3d/geometry/RGBDImage.h>
+#include <open3d/geometry/TriangleMesh.h>
+#include <open3d/io/TriangleMeshIO.h>
+#include <open3d/pipelines/integration/ScalableTSDFVolume.h>
+#include <open3d/t/geometry/VoxelBlockGrid.h>
+#include <open3d/utility/Logging.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "datasets/open.h"
+
+namespace {
+
+namespace core = open3d::core;
+namespace geometry = open3d::t::geometry;
+using burin::Camera;
+using burin::Frame;
+using burin::Se3;
+using burin::Vec3d;
+
+struct Options {
+    std::string dataset, format, output, frames;
+    double voxel_m = 0.01;
+    double truncation_voxels = 4;
+    double min_depth_m = 0.2, max_depth_m = 4;  // Burin's defaults
+    double min_weight = 1.5;                    // as Burin's meshes; VoxelBlockGrid only
+    int stride = 4;                             // Open3D's default
+    int blocks = 10000;                         // VoxelBlockGrid's default; it grows
+    int threads = 1;
+    bool colour = false, vbg = false;
+};
+
+// A frame as Open3D wants it: float depth in metres with 0 for "none", and colour registered to the depth
+// pixels.
+struct ReadyFrame {
+    int width = 0, height = 0;
+    std::vector<float> depth_m;
+    std::vector<std::uint16_t> depth_u16;  // the same readings as stored, empty when the data set has floats
+    float depth_units_per_m = 1;           // of depth_u16
+    std::vector<std::uint8_t> rgb;
+    Camera camera;
+    Eigen::Matrix4d T_camera_world = Eigen::Matrix4d::Identity();
+};
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Highest resident set so far, bytes.
+long long peak_rss_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return 1024LL * usage.ru_maxrss;  // Linux counts in KiB
+}
+
+float depth_at(const Frame& frame, std::size_t i, const Options& options) {
+    double value = 0;
+    if (!frame.depth_u16.empty())
+        value = frame.depth_u16.pixels[i] == 65535 ? 0 : frame.depth_u16.pixels[i];
+    else
+        value = frame.depth_f32.pixels[i];
+    const double metres = value * frame.depth_unit_m;
+    return metres >= options.min_depth_m && metres <= options.max_depth_m ? static_cast<float>(metres) : 0.0f;
+}
+
+// The colour each depth pixel sees, nearest pixel; black where there is none.
+void register_colour(const Frame& frame, ReadyFrame* out) {
+    for (int v = 0; v < out->height; ++v)
+        for (int u = 0; u < out->width; ++u) {
+            const std::size_t i = static_cast<std::size_t>(v) * out->width + u;
+            if (out->depth_m[i] <= 0) continue;
+            const Vec3d ray = unproject(frame.depth_camera, {double(u), double(v)});
+            const Vec3d p = frame.T_colour_depth * (ray * double(out->depth_m[i]));
+            if (p.z <= 0) continue;
+            const burin::Pixel pixel = project(frame.colour_camera, p);
+            const double x = std::floor(pixel.u + 0.5), y = std::floor(pixel.v + 0.5);
+            if (!(x >= 0 && y >= 0 && x < frame.colour.width && y < frame.colour.height)) continue;
+            for (int c = 0; c < 3; ++c)
+                out->rgb[3 * i + c] = frame.colour.view().at(static_cast<int>(x), static_cast<int>(y), c);
+        }
+}
+
+burin::Status make_ready(const Frame& frame, const Options& options, ReadyFrame* out) {
+    if (frame.depth_camera.distorted())
+        return burin::Status::error(burin::Code::unsupported,
+                                    "Open3D knows no lens distortion, this depth camera has one");
+    const bool is_u16 = !frame.depth_u16.empty();
+    out->width = is_u16 ? frame.depth_u16.width : frame.depth_f32.width;
+    out->height = is_u16 ? frame.depth_u16.height : frame.depth_f32.height;
+    out->camera = frame.depth_camera;
+    const std::size_t pixels = static_cast<std::size_t>(out->width) * out->height;
+    out->depth_m.resize(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) out->depth_m[i] = depth_at(frame, i, options);
+    out->depth_u16.clear();
+    if (is_u16) {
+        out->depth_u16 = frame.depth_u16.pixels;
+        for (std::size_t i = 0; i < pixels; ++i)
+            if (out->depth_m[i] <= 0) out->depth_u16[i] = 0;
+        out->depth_units_per_m = static_cast<float>(1 / frame.depth_unit_m);
+    }
+    if (options.colour) {
+        if (frame.colour.empty())
+            return burin::Status::error(burin::Code::unsupported, "--colour: the frame has none");
+        out->rgb.assign(3 * pixels, 0);
+        register_colour(frame, out);
+    }
+    const Se3 T = frame.T_world_camera.inverse();
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) out->T_camera_world(r, c) = T.R(r, c);
+        out->T_camera_world(r, 3) = T.t[r];
+    }
+    return {};
+}
+
+// One of the two volumes of Open3D.
+class Volume {
+  public:
+    virtual ~Volume() = default;
+    virtual double integrate_ms(const ReadyFrame& frame) = 0;
+    virtual std::shared_ptr<open3d::geometry::TriangleMesh> extract() = 0;
+    virtual long long units() = 0;  // allocated blocks of 16^3 voxels
+};
+
+class Scalable : public Volume {
+  public:
+    explicit Scalable(const Options& options)
+        : volume_(options.voxel_m, options.voxel_m * options.truncation_voxels,
+                  options.colour ? ColourType::RGB8 : ColourType::NoColor, 16, options.stride),
+          colour_(options.colour) {}
+
+    double integrate_ms(const ReadyFrame& frame) override {
+        open3d::geometry::RGBDImage image;
+        image.depth_.Prepare(frame.width, frame.height, 1, 4);
+        std::memcpy(image.depth_.data_.data(), frame.depth_m.data(), frame.depth_m.size() * 4);
+        image.color_.Prepare(frame.width, frame.height, 3, 1);
+        if (colour_) std::copy(frame.rgb.begin(), frame.rgb.end(), image.color_.data_.begin());
+        const Camera& k = frame.camera;
+        const open3d::camera::PinholeCameraIntrinsic intrinsic(frame.width, frame.height, k.fx, k.fy, k.cx,
+                                                               k.cy);
+        const auto start = std::chrono::steady_clock::now();
+        volume_.Integrate(image, intrinsic, frame.T_camera_world);
+        return milliseconds_since(start);
+    }
+    std::shared_ptr<open3d::geometry::TriangleMesh> extract() override {
+        return volume_.ExtractTriangleMesh();
+    }
+    long long units() override { return static_cast<long long>(volume_.volume_units_.size()); }
+
+  private:
+    using ColourType = open3d::pipelines::integration::TSDFVolumeColorType;
+    open3d::pipelines::integration::ScalableTSDFVolume volume_;
+    bool colour_;
+};
+
+// Open3D offers two sets of types: 16-bit depth into 16-bit weights and colours, "for SLAM", or floats
+// throughout.
+class BlockGrid : public Volume {
+  public:
+    BlockGrid(const Options& options, bool is_u16) : options_(options), is_u16_(is_u16) {
+        const core::Dtype small = is_u16 ? core::UInt16 : core::Float32;
+        std::vector<std::string> names = {"tsdf", "weight"};
+        std::vector<core::Dtype> types = {core::Float32, small};
+        std::vector<core::SizeVector> shapes = {{1}, {1}};
+        if (options.colour) names.push_back("color"), types.push_back(small), shapes.push_back({3});
+        grid_ = geometry::VoxelBlockGrid(names, types, shapes, static_cast<float>(options.voxel_m), 16,
+                                         options.blocks);
+    }
+
+    double integrate_ms(const ReadyFrame& frame) override {
+        const core::SizeVector size = {frame.height, frame.width, 1}, size3 = {frame.height, frame.width, 3};
+        geometry::Image depth, colour;
+        if (is_u16_)
+            depth = core::Tensor(frame.depth_u16, size, core::UInt16);
+        else
+            depth = core::Tensor(frame.depth_m, size, core::Float32);
+        if (options_.colour) colour = core::Tensor(frame.rgb, size3, core::UInt8);
+        if (options_.colour && !is_u16_) colour = colour.To(core::Float32);
+        const Camera& k = frame.camera;
+        const core::Tensor intrinsic =
+            core::Tensor::Init<double>({{k.fx, 0, k.cx}, {0, k.fy, k.cy}, {0, 0, 1}});
+        const core::Tensor extrinsic = core::eigen_converter::EigenMatrixToTensor(frame.T_camera_world);
+        const float scale = is_u16_ ? frame.depth_units_per_m : 1.0f;
+        const float max_depth = static_cast<float>(options_.max_depth_m);
+        const float truncation = static_cast<float>(options_.truncation_voxels);
+        const auto start = std::chrono::steady_clock::now();
+        const core::Tensor blocks =
+            grid_.GetUniqueBlockCoordinates(depth, intrinsic, extrinsic, scale, max_depth, truncation);
+        if (options_.colour)
+            grid_.Integrate(blocks, depth, colour, intrinsic, extrinsic, scale, max_depth, truncation);
+        else
+            grid_.Integrate(blocks, depth, intrinsic, extrinsic, scale, max_depth, truncation);
+        return milliseconds_since(start);
+    }
+    std::shared_ptr<open3d::geometry::TriangleMesh> extract() override {
+        return std::make_shared<open3d::geometry::TriangleMesh>(
+            grid_.ExtractTriangleMesh(static_cast<float>(options_.min_weight)).ToLegacy());
+    }
+    long long units() override { return grid_.GetHashMap().Size(); }
+
+  private:
+    Options options_;
+    bool is_u16_;
+    geometry::VoxelBlockGrid grid_;
+};
+
+// "A:B" is the half-open range of frames, either end may be missing. False when it is none.
+bool parse_range(const std::string& text, int count, int* first, int* last) {
+    *first = 0, *last = count;
+    if (text.empty()) return true;
+    const auto colon = text.find(':');
+    if (colon == std::string::npos) return false;
+    const std::string a = text.substr(0, colon), b = text.substr(colon + 1);
+    if (a.find_first_not_of("0123456789") != std::string::npos || a.size() > 8) return false;
+    if (b.find_first_not_of("0123456789") != std::string::npos || b.size() > 8) return false;
+    if (!a.empty()) *first = std::stoi(a);
+    if (!b.empty()) *last = std::min(count, std::stoi(b));
+    return *first < *last;
+}
+
+// The value below which the given share of the sorted values lies (nearest rank).
+double percentile(const std::vector<double>& sorted, double share) {
+    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+    return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+int fail(const std::string& text) {
+    std::fprintf(stderr, "open3d_fuse: %s\n", text.c_str());
+    return 1;
+}
+
+int run(const Options& options) {
+    const auto dataset = burin::open_dataset(options.dataset, options.format);
+    if (!dataset) return fail(dataset.status().text());
+    int first = 0, last = 0;
+    if (!parse_range(options.frames, (*dataset)->frame_count(), &first, &last))
+        return fail("--frames " + options.frames + ": expected A:B with A < B, within the " +
+                    std::to_string((*dataset)->frame_count()) + " frames of the data set");
+
+    std::unique_ptr<Volume> volume;
+    const long long rss_before = peak_rss_bytes();  // what the libraries take
+    std::vector<double> frame_ms;
+    ReadyFrame ready;
+    for (int i = first; i < last; ++i) {
+        Frame frame;
+        if (const burin::Status status = (*dataset)->load(i, &frame); !status.ok())
+            return fail(status.text());
+        if (!frame.has_pose) continue;
+        if (const burin::Status status = make_ready(frame, options, &ready); !status.ok())
+            return fail(status.text());
+        if (!volume && options.vbg)
+            volume = std::make_unique<BlockGrid>(options, options.colour && !ready.depth_u16.empty());
+        else if (!volume)
+            volume = std::make_unique<Scalable>(options);
+        frame_ms.push_back(volume->integrate_ms(ready));
+    }
+    if (frame_ms.empty()) return fail("no frame has a pose");
+    const long long rss_fused = peak_rss_bytes();
+
+    const auto start = std::chrono::steady_clock::now();
+    const auto mesh = volume->extract();
+    const double extract_ms = milliseconds_since(start);
+    const long long rss_extracted = peak_rss_bytes();
+    const std::size_t raw_vertices = mesh->vertices_.size(), raw_triangles = mesh->triangles_.size();
+    // Open3D repeats vertices where blocks meet; the mesh is written without them, and not timed.
+    mesh->RemoveDuplicatedVertices();
+    mesh->RemoveDegenerateTriangles();
+    if (!options.output.empty() && !open3d::io::WriteTriangleMesh(options.output, *mesh))
+        return fail(options.output + ": cannot be written");
+
+    double sum = 0;
+    for (const double ms : frame_ms) sum += ms;
+    std::sort(frame_ms.begin(), frame_ms.end());
+    const nlohmann::ordered_json report = {
+        {"peer", options.vbg ? "open3d_voxel_block_grid" : "open3d_scalable_tsdf_volume"},
+        {"dataset", options.dataset},
+        {"frames", frame_ms.size()},
+        {"voxel_m", options.voxel_m},
+        {"truncation_m", options.voxel_m * options.truncation_voxels},
+        {"min_depth_m", options.min_depth_m},
+        {"max_depth_m", options.max_depth_m},
+        {"allocation_stride", options.vbg ? 4 : options.stride},
+        {"threads", options.threads},
+        {"colour", options.colour},
+        {"integrate_p50_ms", percentile(frame_ms, 0.5)},
+        {"integrate_mean_ms", sum / static_cast<double>(frame_ms.size())},
+        {"integrate_p95_ms", percentile(frame_ms, 0.95)},
+        {"extract_ms", extract_ms},
+        {"blocks", volume->units()},
+        {"rss_before_bytes", rss_before},
+        {"rss_fused_bytes", rss_fused},
+        {"peak_rss_bytes", rss_extracted},
+        {"vertices_extracted", raw_vertices},
+        {"triangles_extracted", raw_triangles},
+        {"vertices", mesh->vertices_.size()},
+        {"triangles", mesh->triangles_.size()},
+    };
+    std::printf("%s\n", report.dump().c_str());
+    return 0;
+}
+
+// OpenMP and Open3D take the number of threads from the environment when they are loaded, so the program
+// starts itself again with it set.
+void start_over_with_threads(int threads, char** argv) {
+    const std::string wanted = std::to_string(threads);
+    const char* now = std::getenv("OMP_NUM_THREADS");
+    if (now && wanted == now) return;
+    setenv("OMP_NUM_THREADS", wanted.c_str(), 1);
+    // ScalableTSDFVolume opens a parallel region per block of 16^3 voxels, thousands a frame. libgomp's
+    // default, spinning between them, takes seconds a frame when anything else wants a processor; sleeping
+    // favours Open3D.
+    setenv("OMP_WAIT_POLICY", "passive", 0);
+    execv("/proc/self/exe", argv);
+    std::fprintf(stderr, "open3d_fuse: cannot start over with OMP_NUM_THREADS=%s\n", wanted.c_str());
+    std::exit(1);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Options options;
+    CLI::App app{"Fuses a data set with Open3D and prints its times and memory as JSON"};
+    app.add_option("dataset", options.dataset, "folder of the data set")->required();
+    app.add_option("--format", options.format, "format of the data set, recognised by default");
+    app.add_option("-o,--output", options.output, "mesh to write (.ply)");
+    app.add_option("--voxel", options.voxel_m, "edge of a voxel, metres")->check(CLI::Range(1e-4, 1.0));
+    app.add_option("--truncation", options.truncation_voxels, "in voxels")->check(CLI::Range(1.0, 64.0));
+    app.add_option("--min-depth", options.min_depth_m, "metres")->check(CLI::Range(0.0, 100.0));
+    app.add_option("--max-depth", options.max_depth_m, "metres")->check(CLI::Range(0.0, 100.0));
+    app.add_option("--min-weight", options.min_weight, "of voxels that make a surface (--vbg)");
+    app.add_option("--frames", options.frames, "A:B, half open");
+    app.add_option("--stride", options.stride, "allocate at every stride-th pixel")->check(CLI::Range(1, 64));
+    app.add_option("--blocks", options.blocks, "room for blocks at first (--vbg)")
+        ->check(CLI::Range(1, 10000000));
+    app.add_option("--threads", options.threads)->check(CLI::Range(1, 256));
+    app.add_flag("--colour", options.colour, "fuse colour too");
+    app.add_flag("--vbg", options.vbg, "VoxelBlockGrid instead of ScalableTSDFVolume");
+    CLI11_PARSE(app, argc, argv);
+    start_over_with_threads(options.threads, argv);
+    open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Warning);
+    try {
+        return run(options);
+    } catch (const std::exception& error) {
+        return fail(error.what());
+    }
+}
