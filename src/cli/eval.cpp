@@ -1,0 +1,2 @@
+#include "cli/common.h"
+namespace burin::cli { void add_eval(CLI::App&, int*) {} }

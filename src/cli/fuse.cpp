@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+// burin fuse: recorded depth with poses in, mesh, map and report out.
+#include <cstdio>
+
+#include "cli/common.h"
+#include "datasets/open.h"
+#include "datasets/prefetch.h"
+#include "export/mesh_file.h"
+
+namespace burin::cli {
+namespace {
+
+struct FuseOptions {
+    std::string dataset, output, format, frames, mesh_name = "mesh.ply", resume;
+    MapOptions map;
+    MeshFlags mesh;
+    bool json = false, quiet = false, stream_mesh = false;
+};
+
+struct Totals {
+    int fused = 0, without_pose = 0, full_frames = 0;
+    std::uint64_t dropped = 0;
+    std::vector<double> depth_ms, integrate_ms, mesh_ms;
+};
+
+burin_camera c_camera(const Camera& c) {
+    return {static_cast<std::uint32_t>(c.width), static_cast<std::uint32_t>(c.height), c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+}
+
+burin_pose c_pose(const Se3& T) {
+    const Quaternion q = quaternion_of(T.R);
+    return {T.t.x, T.t.y, T.t.z, q.x, q.y, q.z, q.w};
+}
+
+burin_frame c_frame(const Frame& f) {
+    burin_frame out = burin_frame_default();
+    const bool u16 = !f.depth_u16.empty();
+    out.depth_type = u16 ? BURIN_DEPTH_U16 : BURIN_DEPTH_F32;
+    out.t_ns = f.t_ns;
+    out.depth = u16 ? static_cast<const void*>(f.depth_u16.pixels.data()) : f.depth_f32.pixels.data();
+    out.depth_stride_bytes = static_cast<std::uint64_t>(f.depth_camera.width) * (u16 ? 2 : 4);
+    out.depth_unit_m = f.depth_unit_m;
+    out.depth_camera = c_camera(f.depth_camera);
+    out.T_world_camera = c_pose(f.T_world_camera);
+    if (f.colour.empty()) return out;
+    out.rgb = f.colour.pixels.data();
+    out.rgb_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
+    out.colour_camera = c_camera(f.colour_camera);
+    out.T_colour_depth = c_pose(f.T_colour_depth);
+    return out;
+}
+
+// What a renderer that follows along would ask for after every frame.
+class MeshStream {
+  public:
+    MeshStream() : positions_(3 * 1944), normals_(3 * 1944), colours_(3 * 1944), triangles_(3 * 2560) {}
+    Status update(burin_map map, const burin_mesh_options& options) {
+        std::uint64_t count = 0;
+        while (burin_dirty_chunks(map, keys_.data(), keys_.size(), &count) == BURIN_INSUFFICIENT_MEMORY) keys_.resize(count);
+        for (std::uint64_t i = 0; i < count; ++i) {
+            burin_mesh_buffers buffers = {1944, 2560, positions_.data(), normals_.data(), colours_.data(), triangles_.data(), 0, 0};
+            BURIN_TRY(status_of(burin_chunk_mesh(map, keys_[i], &options, &buffers), map));
+        }
+        return {};
+    }
+
+  private:
+    std::vector<burin_chunk_key> keys_{1};
+    std::vector<float> positions_, normals_;
+    std::vector<std::uint8_t> colours_;
+    std::vector<std::uint32_t> triangles_;
+};
+
+// Feeds frames begin..end-1 to the map. The first failing status is returned with the frame it belongs to.
+Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int end, burin_map map, Totals* totals) {
+    // Decoding a VGA pair takes about 8 ms on one core; two frames ahead hide its jitter.
+    FramePrefetcher prefetcher(dataset, begin, end, 4, 1);
+    Progress progress("fuse", end - begin, o.quiet);
+    MeshStream stream;
+    Frame frame;
+    for (int i = 0;; ++i) {
+        const Result<bool> got = prefetcher.next(&frame);
+        if (!got.ok()) return got.status();
+        if (!*got) return {};
+        if (!frame.has_pose) {
+            ++totals->without_pose;
+            continue;
+        }
+        const burin_frame in = c_frame(frame);
+        burin_frame_result result;
+        const burin_status status = burin_integrate(map, &in, &result);
+        if (status != BURIN_OK)
+            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.dataset.c_str(), prefetcher.index(), burin_last_error(map));
+        ++totals->fused;
+        totals->dropped += result.chunks_dropped;
+        totals->full_frames += (result.flags & BURIN_FLAG_POOL_FULL) != 0;
+        totals->depth_ms.push_back(result.depth_ms);
+        totals->integrate_ms.push_back(result.integrate_ms);
+        if (o.stream_mesh) {
+            const double start = now_ms();
+            BURIN_TRY(stream.update(map, o.mesh.options));
+            totals->mesh_ms.push_back(now_ms() - start);
+        }
+        burin_statistics stats;
+        burin_stats(map, &stats);
+        const double used = static_cast<double>(stats.chunks_live) / stats.chunks_capacity;
+        char memory[80];
+        std::snprintf(memory, sizeof memory, "memory %.0f/%.0f MiB", used * static_cast<double>(stats.arena_bytes) / 1048576,
+                      static_cast<double>(stats.arena_bytes) / 1048576);
+        progress.update(i + 1, memory);
+    }
+}
+
+nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t) {
+    burin_statistics s;
+    burin_stats(map, &s);
+    std::uint64_t hash = 0;
+    burin_hash(map, &hash);
+    const nlohmann::json none = stage_summary({});
+    return {{"frames", t.fused + t.without_pose},
+            {"tracked", t.fused},
+            {"stages",
+             {{"depth", stage_summary(t.depth_ms)},
+              {"track", none},
+              {"integrate", stage_summary(t.integrate_ms)},
+              {"mesh", stage_summary(t.mesh_ms)},
+              {"planes", none}}},
+            {"chunks",
+             {{"live", s.chunks_live},
+              {"high_water", s.chunks_high_water},
+              {"capacity", s.chunks_capacity},
+              {"dropped", t.dropped},
+              {"evicted", 0},
+              {"reloaded", 0}}},
+            {"memory", {{"budget_bytes", o.map.config.budget_bytes}, {"arena_bytes", s.arena_bytes}, {"peak_rss_bytes", peak_rss_bytes()}}},
+            {"voxel_m", s.voxel_m},
+            {"truncation_m", s.truncation_m},
+            {"threads", o.map.config.threads},
+            {"simd", burin_simd_name()},
+            {"map_hash", hex64(hash)},
+            {"version", burin_version()}};
+}
+
+int run(FuseOptions& o) {
+    if (const Status status = o.map.finish(); !status.ok()) return complain_input(status);
+    int begin = 0, end = 1000000000;
+    if (!o.frames.empty() && !parse_range(o.frames, &begin, &end))
+        return complain(kBadInput, "--frames: '" + o.frames + "', expected A:B with A < B");
+    const auto dataset = open_dataset(o.dataset, o.format);
+    if (!dataset.ok()) return complain_input(dataset.status());
+    end = std::min(end, (*dataset)->frame_count());
+    if (begin >= end)
+        return complain(kBadInput, o.dataset + ": " + std::to_string((*dataset)->frame_count()) + " frames, --frames asks for those from " +
+                                       std::to_string(begin) + " on");
+    // The first frame tells the size that the map has to make room for.
+    Frame first;
+    if (const Status status = (*dataset)->load(begin, &first); !status.ok()) return complain_input(status);
+    o.map.config.max_width = static_cast<std::uint32_t>(first.depth_camera.width);
+    o.map.config.max_height = static_cast<std::uint32_t>(first.depth_camera.height);
+
+    OwnedMap map;
+    if (const Status status = map.create(o.map.config); !status.ok()) return complain_input(status);
+    if (!o.resume.empty())
+        if (const Status status = status_of(burin_load(map.get(), o.resume.c_str()), map.get()); !status.ok()) return complain_input(status);
+    if (const Status status = prepare_folder(o.output); !status.ok()) return complain_output(status);
+    if (!o.quiet && !(*dataset)->notes().empty()) std::fprintf(stderr, "burin: %s\n", (*dataset)->notes().c_str());
+
+    Totals totals;
+    if (const Status status = fuse_frames(o, **dataset, begin, end, map.get(), &totals); !status.ok()) return complain_input(status);
+    if (totals.fused == 0) return complain(kBadInput, o.dataset + ": none of the " + std::to_string(totals.without_pose) + " frames has a pose");
+    if (totals.dropped > 0)
+        std::fprintf(stderr, "burin: the map is full: %llu chunks dropped in %d of %d frames; raise --budget (now %s) or --voxel\n",
+                     static_cast<unsigned long long>(totals.dropped), totals.full_frames, totals.fused, o.map.budget.c_str());
+
+    TriangleMesh mesh;
+    const double start = now_ms();
+    if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok()) return complain_output(status);
+    if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
+    if (o.map.no_colour) mesh.colours.clear();
+
+    if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok()) return complain_output(status);
+    if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get()); !status.ok())
+        return complain_output(status);
+    const nlohmann::json report = make_report(o, map.get(), totals);
+    if (const Status status = write_json(o.output + "/report.json", report); !status.ok()) return complain_output(status);
+    if (o.json) {
+        std::printf("%s\n", report.dump().c_str());
+    } else if (!o.quiet) {
+        std::printf("%s: %zu vertices, %zu triangles from %d frames (%d without a pose)\n", (o.output + "/" + o.mesh_name).c_str(),
+                    mesh.positions.size(), mesh.triangles.size(), totals.fused, totals.without_pose);
+    }
+    return kDone;
+}
+
+}  // namespace
+
+void add_fuse(CLI::App& app, int* exit) {
+    auto* command = app.add_subcommand("fuse", "Fuse a recorded sequence with poses: mesh.ply, map.burin, report.json");
+    auto o = std::make_shared<FuseOptions>();
+    command->add_option("dataset", o->dataset, "folder of the sequence")->required();
+    command->add_option("-o,--output", o->output, "folder for the results")->required();
+    command->add_option("--format", o->format, "layout of the data set (recognised by itself otherwise)");
+    command->add_option("--frames", o->frames, "A:B, only frames A..B-1");
+    command->add_option("--mesh", o->mesh_name, "name of the mesh file: .ply .obj .glb .stl")->capture_default_str();
+    command->add_option("--resume", o->resume, "a map.burin to go on from");
+    command->add_flag("--stream-mesh", o->stream_mesh, "also mesh the changed chunks after every frame, as an app would");
+    command->add_flag("--json", o->json, "print the report on stdout");
+    command->add_flag("--quiet", o->quiet, "no progress, no notes");
+    o->map.add_to(*command);
+    o->mesh.add_to(*command);
+    command->callback([o, exit] { *exit = run(*o); });
+}
+
+}  // namespace burin::cli

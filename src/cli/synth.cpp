@@ -1,0 +1,2 @@
+#include "cli/common.h"
+namespace burin::cli { void add_synth(CLI::App&, int*) {} }
