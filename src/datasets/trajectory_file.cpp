@@ -32,11 +32,24 @@ Status pose_error(const std::string& where, const Status& status) {
                          status.text());
 }
 
+// Earth-centred coordinates (6.4e6 m) fit; beyond that a file is damaged, and a voxel index would not hold
+// it.
+constexpr double kMaxReachM = 1e7;
+
+Status check_reach(const Se3& T, const std::string& where) {
+    for (const double v : {T.t.x, T.t.y, T.t.z})
+        if (!(std::fabs(v) <= kMaxReachM))
+            return Status::error(Code::format, "%s: position %g m, expected at most %g m from the origin",
+                                 where.c_str(), v, kMaxReachM);
+    return {};
+}
+
 Result<MaybePose> pose_of(const double* matrix, const std::string& where) {
     // Tools that export ScanNet write -inf either everywhere or everywhere but in the last row.
     if (std::all_of(matrix, matrix + 12, [](double v) { return std::isinf(v) && v < 0; })) return MaybePose{};
     Result<Se3> pose = se3_from_matrix(matrix, 4);
     if (!pose) return pose_error(where, pose.status());
+    BURIN_TRY(check_reach(*pose, where));
     return MaybePose{true, *pose};
 }
 
@@ -67,6 +80,7 @@ Result<Trajectory> parse_tum_trajectory(std::string_view text, const std::string
                                  format_seconds(trajectory.back().t_ns).c_str());
         Result<Se3> T = se3_from_quaternion({v[1], v[2], v[3]}, {v[4], v[5], v[6], v[7]});
         if (!T) return pose_error(where, T.status());
+        BURIN_TRY(check_reach(*T, where));
         pose.T_world_camera = *T;
         trajectory.push_back(pose);
     }
@@ -81,7 +95,7 @@ std::string format_tum_trajectory(const Trajectory& trajectory) {
     for (const StampedPose& pose : trajectory) {
         const Quaternion q = quaternion_of(pose.T_world_camera.R);
         const Vec3d t = pose.T_world_camera.t;
-        char line[400];  // seven %.9f of at most 1e17 and a stamp
+        char line[400];  // seven %.9f of at most 1e30 and a stamp
         std::snprintf(line, sizeof line, "%s %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
                       format_seconds(pose.t_ns).c_str(), t.x, t.y, t.z, q.x, q.y, q.z, q.w);
         text += line;
@@ -155,6 +169,7 @@ Result<std::vector<LogPose>> parse_log_trajectory(std::string_view text, const s
         }
         Result<Se3> T = se3_from_matrix(v, 4);
         if (!T) return pose_error(where, T.status());
+        BURIN_TRY(check_reach(*T, where));
         pose.T_world_camera = *T;
         poses.push_back(pose);
     }
