@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Rasterisation by homogeneous edge functions (Olano & Greer, "Triangle scan conversion using 2D homogeneous
-// coordinates", 1997): corners stay in camera coordinates, so triangles through the camera plane need no
-// special care but for their pixel rectangle.
+// Every pixel of a triangle's rectangle is tested by its ray in camera coordinates, not by projected corners:
+// triangles through the camera plane then need no special care but for that rectangle (as in Olano & Greer,
+// "Triangle scan conversion using 2D homogeneous coordinates", 1997).
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <vector>
 
+#include "eval/ray_triangle.h"
 #include "eval/render.h"
 
 namespace burin {
@@ -52,7 +53,7 @@ PixelRect cover(const Camera& camera, const Corners& t, double near_m, bool cull
             bounds.add(camera, cut);
         }
     }
-    // Widened by far more than the rounding of the projection; the edge functions decide.
+    // Widened by far more than the rounding of the projection; the rays decide.
     constexpr double kSlack = 1e-6;
     const double u0 = std::max(std::ceil(bounds.u0 - kSlack), 0.0);
     const double u1 = std::min(std::floor(bounds.u1 + kSlack), camera.width - 1.0);
@@ -66,10 +67,7 @@ PixelRect cover(const Camera& camera, const Corners& t, double near_m, bool cull
 void draw(const Camera& camera, const Corners& t, std::uint32_t index, const PixelRect& rect, int v_begin,
           int v_end, double near_m, MeshRaster* out) {
     const Vec3d n = cross(t.b - t.a, t.c - t.a);
-    const double volume = dot(t.a, n), side = volume < 0 ? -1 : 1;
-    // A ray (x, y, 1) passes through the triangle in front of the camera when all three have the sign of the
-    // volume. Two triangles compute the function of a shared edge with exactly opposite signs.
-    const Vec3d ea = cross(t.b, t.c) * side, eb = cross(t.c, t.a) * side, ec = cross(t.a, t.b) * side;
+    const double volume = dot(t.a, n);
     const int first = std::max<int>(rect.v0, v_begin), last = std::min<int>(rect.v1, v_end - 1);
     for (int v = first; v <= last; ++v) {
         const double y = (v - camera.cy) / camera.fy;
@@ -77,9 +75,8 @@ void draw(const Camera& camera, const Corners& t, std::uint32_t index, const Pix
         std::uint32_t* triangle = out->triangle.view().row(v);
         for (int u = rect.u0; u <= rect.u1; ++u) {
             const double x = (u - camera.cx) / camera.fx;
-            if (ea.x * x + ea.y * y + ea.z < 0 || eb.x * x + eb.y * y + eb.z < 0 ||
-                ec.x * x + ec.y * y + ec.z < 0)
-                continue;
+            const auto shear = [&](Vec3d p) { return Sheared{p.x - x * p.z, p.y - y * p.z}; };
+            if (!EdgeAreas(shear(t.a), shear(t.b), shear(t.c)).inside()) continue;
             const double z = volume / (n.x * x + n.y * y + n.z);
             if (!(z >= near_m) || !(z < HUGE_VAL)) continue;
             const float z_f = static_cast<float>(z);

@@ -29,14 +29,15 @@ SurfacePoint surface_at(const TriangleMesh& mesh, const std::array<std::uint32_t
                 b = to_double(mesh.positions[t[1]]) - T_world_camera.t,
                 c = to_double(mesh.positions[t[2]]) - T_world_camera.t;
     const Vec3d n = cross(b - a, c - a);
-    // The volumes the ray spans with the edges are the perspective-correct weights.
-    double wa = dot(ray, cross(b, c)), wb = dot(ray, cross(c, a)), wc = dot(ray, cross(a, b));
-    const double sum = wa + wb + wc;
-    if (sum == 0) wa = wb = wc = 1;  // edge-on within rounding
-    const double scale = 1 / (wa + wb + wc);
-    out.a = wa * scale;
-    out.b = wb * scale;
-    out.c = wc * scale;
+    // The volumes the ray spans with the edges are the perspective-correct weights. The rasteriser found the
+    // ray inside; its arithmetic is not quite the same, so they may come out a little negative, or without a
+    // sum when edge-on.
+    const Vec3d volumes = {dot(ray, cross(b, c)), dot(ray, cross(c, a)), dot(ray, cross(a, b))};
+    const Vec3d weights = volumes * (1 / (volumes.x + volumes.y + volumes.z));
+    const bool usable = std::isfinite(weights.x) && std::isfinite(weights.y) && std::isfinite(weights.z);
+    out.a = usable ? std::clamp(weights.x, 0.0, 1.0) : 1.0 / 3;
+    out.b = usable ? std::clamp(weights.y, 0.0, 1.0 - out.a) : 1.0 / 3;
+    out.c = 1 - out.a - out.b;
     out.back_face = dot(ray, n) > 0;
     out.towards_viewer = normalised(-ray);
     if (!mesh.normals.empty())

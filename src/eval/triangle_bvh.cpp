@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "eval/ray_triangle.h"
+
 namespace burin {
 namespace {
 
@@ -127,6 +129,14 @@ RayHit TriangleBvh::raycast(Vec3d origin, Vec3d direction, double t_min, double 
         }
         return begin <= end ? begin : kMiss;
     };
+    // Along the largest component, where the shear is smallest.
+    int z = 0;
+    for (int i = 1; i < 3; ++i)
+        if (std::fabs(direction[i]) > std::fabs(direction[z])) z = i;
+    if (!(std::fabs(direction[z]) > 0)) return best;
+    const int x = (z + 1) % 3, y = (z + 2) % 3;
+    const double shear_x = direction[x] / direction[z], shear_y = direction[y] / direction[z];
+    const auto shear = [&](Vec3d p) { return Sheared{p[x] - shear_x * p[z], p[y] - shear_y * p[z]}; };
     struct Entry {
         std::uint32_t node;
         double t;
@@ -150,19 +160,16 @@ RayHit TriangleBvh::raycast(Vec3d origin, Vec3d direction, double t_min, double 
             const Triangle& triangle = triangles_[i];
             const Vec3d a = to_double(triangle.a) - origin, b = to_double(triangle.b) - origin,
                         c = to_double(triangle.c) - origin;
-            // Volumes spanned by the ray and an edge. Two triangles compute that of a shared edge with
-            // exactly opposite signs, so no ray slips through between them.
-            const double ea = dot(direction, cross(b, c)), eb = dot(direction, cross(c, a)),
-                         ec = dot(direction, cross(a, b));
-            if ((ea < 0 || eb < 0 || ec < 0) && (ea > 0 || eb > 0 || ec > 0)) continue;
+            const EdgeAreas areas(shear(a), shear(b), shear(c));
+            if (!areas.inside()) continue;
             const Vec3d n = cross(b - a, c - a);
-            const double facing = dot(direction, n), sum = ea + eb + ec;
+            const double facing = dot(direction, n), sum = areas.sum();
             if (facing == 0 || sum == 0) continue;
             const double t = dot(a, n) / facing;
             if (!(t >= t_min && t <= bound) || (best.found && t == bound && triangle.index > best.triangle))
                 continue;
             bound = t;
-            best = {true, t, triangle.index, {ea / sum, eb / sum, ec / sum}, facing > 0};
+            best = {true, t, triangle.index, {areas.a / sum, areas.b / sum, areas.c / sum}, facing > 0};
         }
     }
     return best;

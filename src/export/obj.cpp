@@ -11,20 +11,22 @@ namespace {
 class Line {
   public:
     explicit Line(const char* keyword) {
-        while (*keyword) text_[length_++] = *keyword++;
+        while (*keyword) character(*keyword++);
     }
     template <class Number>
     void number(char before, Number n) {
-        text_[length_++] = before;
+        character(before);
         length_ =
             static_cast<std::size_t>(std::to_chars(text_ + length_, text_ + sizeof text_, n).ptr - text_);
     }
     void vector(Vec3f v) {
         for (int i = 0; i < 3; ++i) number(' ', v[i]);
     }
-    void character(char c) { text_[length_++] = c; }
+    void character(char c) {
+        if (length_ < sizeof text_) text_[length_++] = c;
+    }
     void write(BlockWriter& out) {
-        text_[length_++] = '\n';
+        character('\n');
         out.bytes(text_, length_);
     }
 

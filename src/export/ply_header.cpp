@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kMaxLine = 4096;
 constexpr std::size_t kMaxElements = 32;
 constexpr std::size_t kMaxProperties = 256;
+constexpr std::string_view kNameCharacters =
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.:+*/()[]<>#@!?&%$=~^|;,'{}";
 
 std::string_view next_word(std::string_view& line) {
     const std::size_t begin = line.find_first_not_of(" \t");
@@ -48,6 +50,11 @@ std::string printable(std::string_view text) {
     return out;
 }
 
+// Names appear in messages, which are one line of plain text.
+bool is_name(std::string_view word) {
+    return !word.empty() && word.find_first_not_of(kNameCharacters) == word.npos;
+}
+
 Status parse_property(std::string_view line, PlyElement* element, const char* name) {
     if (element->properties.size() == kMaxProperties)
         return Status::error(Code::format, "%s: element '%s' has over %zu properties", name,
@@ -71,9 +78,10 @@ Status parse_property(std::string_view line, PlyElement* element, const char* na
                              name, printable(word).c_str());
     property.type = *type;
     property.name = next_word(line);
-    if (property.name.empty())
-        return Status::error(Code::format, "%s: a property of '%s' has no name", name,
-                             printable(element->name).c_str());
+    if (!is_name(property.name))
+        return Status::error(Code::format,
+                             "%s: a property of '%s' is named '%s', expected a word of plain letters", name,
+                             element->name.c_str(), printable(property.name).c_str());
     for (const PlyProperty& other : element->properties)
         if (other.name == property.name)
             return Status::error(Code::format, "%s: property '%s' appears twice", name,
@@ -87,6 +95,10 @@ Status parse_element(std::string_view line, PlyHeader* header, const char* name)
         return Status::error(Code::format, "%s: over %zu elements in the header", name, kMaxElements);
     PlyElement element;
     element.name = next_word(line);
+    if (!is_name(element.name) || element.name.size() > 40)
+        return Status::error(Code::format,
+                             "%s: an element is named '%s', expected a word of up to 40 plain letters", name,
+                             printable(element.name).c_str());
     const std::string_view count = next_word(line);
     const auto parsed = std::from_chars(count.data(), count.data() + count.size(), element.count);
     if (count.empty() || parsed.ec != std::errc() || parsed.ptr != count.data() + count.size())

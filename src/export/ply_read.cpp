@@ -65,7 +65,9 @@ class Body {
         return encoding_ == PlyEncoding::ascii ? 2 : ply_bytes(type);
     }
     bool can_hold(std::uint64_t count, std::size_t bytes_each) const {
-        return bytes_each == 0 || count <= (left() + 1) / bytes_each;
+        const std::size_t unwritten =
+            encoding_ == PlyEncoding::ascii ? 1 : 0;  // the space behind the last number
+        return bytes_each == 0 || count <= (left() + unwritten) / bytes_each;
     }
 
   private:
