@@ -58,18 +58,17 @@ View desk_view(double s) {
             {0.25 * sine(a), 0.08, 0.8 + 0.03 * sine(6 * kPi * s)}};
 }
 
-// A panning grid walk before the panel, 0.5 to 0.62 m away.
+// A figure of eight before the panel, 0.43 to 0.55 m away: past the sensor's nearest range.
 View relief_view(double s) {
     const double a = 2 * kPi * s;
-    const Vec3d eye{0.3 * sine(a), -0.56 + 0.06 * cosine(2 * a), 0.22 + 0.16 * sine(2 * a)};
-    return {eye, {0.06 * sine(a), 0, 0.2 + 0.03 * sine(2 * a)}};
+    const Vec3d eye{0.24 * sine(a), -0.46 + 0.03 * cosine(2 * a), 0.21 + 0.13 * sine(2 * a)};
+    return {eye, {0.09 * sine(a), 0, 0.2 + 0.05 * sine(2 * a)}};
 }
 
-// Once around the turntable while the camera goes up and down the person.
+// Once around the turntable, the whole person in view, while the camera rises and sinks twice.
 View figure_view(double s) {
-    const double a = 2 * kPi * s + 0.5 * kPi;
-    const double height = 1.05 + 0.45 * sine(4 * kPi * s);
-    return {{1.75 * cosine(a), 1.75 * sine(a), height}, {0, 0, 0.95 + 0.1 * sine(4 * kPi * s)}};
+    const double a = 2 * kPi * s + 0.5 * kPi, nod = sine(4 * kPi * s + 0.4);
+    return {{1.95 * cosine(a), 1.95 * sine(a), 1.05 + 0.45 * nod}, {0, 0, 0.88 + 0.06 * nod}};
 }
 
 // Corridor: the middle line, a rectangle 18 x 10 m with rounded corners. Arc length to position and heading.

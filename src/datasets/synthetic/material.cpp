@@ -174,10 +174,10 @@ Vec3f face(const Material& m, Vec3d p, double footprint) {
     const double u = p.x / m.scale, v = p.z / m.scale;
     Vec3f colour = m.a * static_cast<float>(1 + 0.15 * fractal(p, 0.03, 3, footprint, m.seed));
     if (p.y < 0) return colour;
-    const double eye = std::sqrt((std::fabs(u) - 0.3) * (std::fabs(u) - 0.3) / 0.012 + (v - 0.12) * (v - 0.12) / 0.004);
-    if (eye < 1) colour = eye < 0.45 ? Vec3f{0.05f, 0.08f, 0.1f} : Vec3f{0.8f, 0.8f, 0.78f};
-    if (std::fabs(v - 0.27 + 0.3 * (std::fabs(u) - 0.3) * (std::fabs(u) - 0.3)) < 0.03 && std::fabs(std::fabs(u) - 0.3) < 0.15) colour = m.b;
-    if (std::fabs(v + 0.45 - 0.5 * u * u) < 0.045 && std::fabs(u) < 0.24) colour = {0.45f, 0.1f, 0.1f};
+    const double eu = std::fabs(u) - 0.29, ev = v - 0.1;
+    if (eu * eu / 0.009 + ev * ev / 0.0016 < 1) colour = eu * eu + ev * ev < 0.0014 ? Vec3f{0.05f, 0.04f, 0.03f} : Vec3f{0.6f, 0.58f, 0.55f};
+    if (std::fabs(v - 0.24 + 2 * eu * eu) < 0.025 && std::fabs(eu) < 0.14) colour = m.b;
+    if (std::fabs(v + 0.5 - 0.5 * u * u) < 0.04 && std::fabs(u) < 0.22) colour = mix(m.a, {0.4f, 0.08f, 0.08f}, 0.6);
     const double cheek = (std::fabs(u) - 0.42) * (std::fabs(u) - 0.42) + (v + 0.2) * (v + 0.2);
     return mix(colour, {0.7f, 0.25f, 0.2f}, 0.35 * clamp01(1 - cheek / 0.05));
 }
@@ -210,6 +210,9 @@ Vec3f raw_albedo(const Material& m, Vec3d p, Vec3d n, double footprint) {
         }
         case Texture::stripes:
             return mix(m.a, m.b, line_coverage(t.u, m.scale, 0.45 * m.scale, footprint)) *
+                   static_cast<float>(1 + 0.15 * fractal(p, 0.1, 2, footprint, m.seed));
+        case Texture::hoops:
+            return mix(m.a, m.b, line_coverage(p.z, m.scale, 0.45 * m.scale, footprint)) *
                    static_cast<float>(1 + 0.15 * fractal(p, 0.1, 2, footprint, m.seed));
         case Texture::wood: return wood(m, p, 0.37 * (m.seed % 64), footprint);
         case Texture::planks: return planks(m, t, footprint);

@@ -13,6 +13,7 @@ enum class Texture : std::uint8_t {
     mottled,    // a to b by fractal noise of wavelength `scale`
     checker,    // a and b, squares of side `scale`
     stripes,    // a and b along u, period `scale`
+    hoops,      // stripes around the part's z axis, period `scale`
     wood,       // long grain along the part's longest texture axis u, ring spacing `scale`
     planks,     // wood boards of width `scale` and length 8 scale, thin dark joints
     tiles,      // tiles of side `scale` in shades of a, joints of colour b

@@ -67,7 +67,8 @@ SceneData corridor_scene(std::uint64_t seed) {
     const Vec3d inward[4] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}};
     for (int i = 0; i < 4; ++i) {
         b.object(kWall);
-        const Vec3f shade = paint * static_cast<float>(b.random.in(0.8, 1.0));
+        const Vec3f own = b.pale_colour();
+        const Vec3f shade = (paint + own) * static_cast<float>(b.random.in(0.4, 0.5));
         const double far = i < 2 ? kOuterX : kOuterY, half = i < 2 ? kOuterY : kOuterX;
         b.plane({-far * inward[i].x, -far * inward[i].y, 0.5 * kHeight}, inward[i], cross(Vec3d{0, 0, 1}, inward[i]), half,
                 0.5 * kHeight, b.material(i & 1 ? Texture::wallpaper : Texture::mottled, shade, shade * 0.6f + ornament * 0.2f, i & 1 ? 0.2 : 0.7));

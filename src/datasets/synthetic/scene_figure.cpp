@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A standing person on a turntable, as seen in the person's own frame: the cameras go around. The body is one blend of
 // capsules and ellipsoids. The person faces +y; the turntable's surface is z = 0.
+#include <cmath>
 #include <utility>
 
 #include "datasets/synthetic/builder.h"
@@ -9,10 +10,15 @@ namespace burin::synthetic {
 namespace {
 
 struct Clothes {
-    int skin, face, hair, shirt, trousers, shoe, belt;
+    int skin, face, hair, shirt, trousers, shoe;
 };
 
-void add_arm(SceneBuilder& b, double s, double scale, double spread, double bend, const Clothes& c) {
+// Where an arm ends: the wrist and the direction the forearm points in.
+struct ArmEnd {
+    Vec3d wrist, along;
+};
+
+ArmEnd add_arm(SceneBuilder& b, double s, double scale, double spread, double bend, const Clothes& c) {
     const auto at = [&](double x, double y, double z) { return Vec3d{s * x * scale, y * scale, z * scale}; };
     const Vec3d shoulder = at(0.19, -0.01, 1.43);
     const Vec3d elbow = at(0.19 + 0.28 * sine(spread), -0.02, 1.43 - 0.28 * cosine(spread));
@@ -20,14 +26,28 @@ void add_arm(SceneBuilder& b, double s, double scale, double spread, double bend
     b.limb(shoulder, 0.062 * scale, elbow, 0.046 * scale, c.shirt);
     b.limb(elbow, 0.046 * scale, elbow + (wrist - elbow) * 0.35, 0.044 * scale, c.shirt);
     b.limb(elbow + (wrist - elbow) * 0.3, 0.04 * scale, wrist, 0.029 * scale, c.skin);
-    const Vec3d along = normalised(wrist - elbow), palm = wrist + along * (0.06 * scale);
-    b.add(Shape::ellipsoid, palm, Vec3d{0.024, 0.045, 0.062} * scale, c.skin, 0, rotation_z_to(along));
+    return {wrist, normalised(wrist - elbow)};
+}
+
+// A blend of its own, narrow enough for fingers to stay apart.
+void add_hand(SceneBuilder& b, const ArmEnd& arm, double scale, const Clothes& c) {
+    b.new_blend(0.008 * scale);
+    const Vec3d along = arm.along, palm = arm.wrist + along * (0.055 * scale);
+    const Vec3d across = normalised(Vec3d{0, 1, 0} - along * along.y);  // from the little finger to the thumb
+    b.limb(arm.wrist - along * (0.03 * scale), 0.027 * scale, palm, 0.028 * scale, c.skin);
+    const Vec3d flat = cross(along, across);
+    Mat3d R;
+    for (int i = 0; i < 3; ++i) R(i, 0) = flat[i], R(i, 1) = across[i] , R(i, 2) = along[i];
+    if (R.determinant() < 0)
+        for (int i = 0; i < 3; ++i) R(i, 0) = -R(i, 0);
+    b.add(Shape::ellipsoid, palm + along * (0.01 * scale), Vec3d{0.02, 0.044, 0.055} * scale, c.skin, 0, R);
     for (int i = 0; i < 4; ++i) {
-        const double fan = (i - 1.5) * 0.019;
-        const Vec3d side{0, fan * scale, 0};
-        b.limb(palm + side + along * (0.03 * scale), 0.0105 * scale, palm + side * 1.3 + along * (0.11 * scale), 0.009 * scale, c.skin);
+        const double place = (i - 1.5) * 0.021, reach = 0.118 - 0.006 * std::fabs(i - 2.2);
+        b.limb(palm + across * (place * scale) + along * (0.035 * scale), 0.0098 * scale,
+               palm + across * (1.35 * place * scale) + along * (reach * scale), 0.008 * scale, c.skin);
     }
-    b.limb(palm + Vec3d{0, 0.03 * scale, 0}, 0.013 * scale, palm + Vec3d{0, 0.062 * scale, 0} + along * (0.035 * scale), 0.01 * scale, c.skin);
+    b.limb(palm + across * (0.025 * scale), 0.014 * scale,
+           palm + across * (0.068 * scale) + along * (0.045 * scale), 0.0105 * scale, c.skin);
 }
 
 void add_leg(SceneBuilder& b, double s, double scale, double stance, const Clothes& c) {
@@ -64,20 +84,19 @@ SceneData figure_scene(std::uint64_t seed) {
     b.add(Shape::cylinder, {0, 0, -0.09}, {0.36, 0, 0.035}, b.material(Texture::plain, {0.08f, 0.08f, 0.09f}, {}));
 
     const double scale = b.random.in(0.92, 1.06), girth = b.random.in(0.9, 1.15);
-    const double skin_light = b.random.in(0.25, 1);
+    const double skin_light = b.random.in(0.35, 1);
     const Vec3f skin = linear_colour(235, 190, 160) * static_cast<float>(skin_light);
     const Vec3f hair = linear_colour(120, 80, 45) * static_cast<float>(b.random.in(0.15, 1.2));
     const Vec3f shirt = b.bright_colour(), accent = b.pale_colour(), trousers = b.bright_colour() * 0.5f;
-    const Texture weaves[3] = {Texture::stripes, Texture::checker, Texture::fabric};
+    const Texture weaves[3] = {Texture::hoops, Texture::mottled, Texture::fabric};
     const Texture weave = weaves[b.random.below(3)];
     Clothes c{};
     c.skin = b.material(Texture::mottled, skin, skin * 0.85f, 0.03);
     c.face = b.material(Texture::face, skin, hair, 0.115 * scale);
     c.hair = b.material(Texture::mottled, hair, hair * 0.4f, 0.012);
-    c.shirt = b.material(weave, shirt, accent, 0.05);
+    c.shirt = b.material(weave, shirt, accent, weave == Texture::fabric ? 0.012 : 0.055);
     c.trousers = b.material(Texture::fabric, trousers, trousers * 0.6f + Vec3f{0.05f, 0.05f, 0.08f}, 0.012);
     c.shoe = b.material(Texture::plain, {0.12f, 0.08f, 0.06f}, {});
-    c.belt = b.material(Texture::plain, {0.06f, 0.04f, 0.03f}, {});
 
     b.object(kNone);
     b.new_blend(0.03 * scale);
@@ -90,12 +109,14 @@ SceneData figure_scene(std::uint64_t seed) {
     b.limb(at(0, -0.015, 1.42), 0.058 * scale, at(0, 0.0, 1.58), 0.052 * scale, c.skin);
     const double left = b.random.in(0.28, 0.6), right = b.random.in(0.28, 0.6);
     const double bend_left = b.random.in(0.05, 0.9), bend_right = b.random.in(0.05, 0.9);
-    add_arm(b, -1, scale, left, bend_left, c);
-    add_arm(b, 1, scale, right, bend_right, c);
+    const ArmEnd left_arm = add_arm(b, -1, scale, left, bend_left, c);
+    const ArmEnd right_arm = add_arm(b, 1, scale, right, bend_right, c);
     const double stance = b.random.in(0.06, 0.16);
     add_leg(b, -1, scale, stance, c);
     add_leg(b, 1, scale, stance, c);
     add_head(b, scale, b.random.in(-0.35, 0.35), c);
+    add_hand(b, left_arm, scale, c);
+    add_hand(b, right_arm, scale, c);
     b.end_blend();
 
     const double around = b.random.in(0, 2 * kPi);
@@ -105,7 +126,7 @@ SceneData figure_scene(std::uint64_t seed) {
                 i == 0 ? 1.1 : 0.6, 1.3);
     }
     b.data.ambient = {{0.33f, 0.33f, 0.34f}, {0.18f, 0.17f, 0.17f}, 0.3, 0.7, static_cast<std::uint32_t>(b.random.bits())};
-    b.data.exposure = 1.0;
+    b.data.exposure = 1.25;
     b.data.occlusion_reach = 0.06;
     b.data.bounds = {{-0.95, -0.75, -0.13}, {0.95, 0.75, 1.97}};
     b.data.mesh_bounds = b.data.bounds;

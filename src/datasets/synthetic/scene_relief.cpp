@@ -118,8 +118,8 @@ SceneData relief_scene(std::uint64_t seed) {
     const Vec3d centre{0, 0, 0.2};
     const Vec3f stone = b.pale_colour();
     const int kind = b.random.below(2);
-    const int surface = kind ? b.material(Texture::wood, linear_colour(190, 140, 90), linear_colour(120, 75, 40), 0.006)
-                             : b.material(Texture::mottled, stone, stone * 0.5f + Vec3f{0.1f, 0.06f, 0.03f}, 0.05);
+    const int surface = kind ? b.material(Texture::wood, linear_colour(190, 150, 105), linear_colour(160, 115, 75), 0.02)
+                             : b.material(Texture::mottled, stone, stone * 0.65f + Vec3f{0.06f, 0.04f, 0.02f}, 0.05);
     b.object(kNone);
     Part& panel = b.add(Shape::relief, centre, {kHalfWidth, kHalfHeight, 0.02}, surface, 0, upright);
     panel.relief = b.data.reliefs.back().get();
@@ -135,8 +135,9 @@ SceneData relief_scene(std::uint64_t seed) {
     b.plane({0, 0.03, 0.3}, {0, -1, 0}, {1, 0, 0}, 1.5, 1.5, b.material(Texture::mottled, b.pale_colour(), {0.3f, 0.28f, 0.25f}, 0.12));
 
     const double left = b.random.in(0.25, 0.4), right = b.random.in(0.2, 0.35);
-    b.light({-left, -b.random.in(0.15, 0.3), 0.45}, {1.0f, 0.85f, 0.65f}, 1.5, 0.2);
-    b.light({right, -b.random.in(0.2, 0.35), 0.1}, {0.6f, 0.75f, 1.0f}, 0.9, 0.2);
+    // Raking light, so that a millimetre shows.
+    b.light({-left, -b.random.in(0.08, 0.15), 0.42}, {1.0f, 0.85f, 0.65f}, 2.6, 0.2);
+    b.light({right, -b.random.in(0.1, 0.2), 0.08}, {0.6f, 0.75f, 1.0f}, 1.6, 0.2);
     b.light({b.random.in(-0.1, 0.1), -0.5, 0.8}, {1.0f, 1.0f, 0.95f}, 0.5, 0.5);
     b.data.ambient = {{0.2f, 0.21f, 0.23f}, {0.12f, 0.11f, 0.1f}, 0.5, 0.15, static_cast<std::uint32_t>(b.random.bits())};
     b.data.exposure = 1.2;

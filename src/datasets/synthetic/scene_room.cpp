@@ -137,7 +137,7 @@ SceneData room_scene(std::uint64_t seed) {
     b.data.bounds = {{-kHalfX - 0.01, -kHalfY - 0.01, -0.01}, {kHalfX + 0.01, kHalfY + 0.01, kHeight + 0.01}};
     b.data.mesh_bounds = {{-kHalfX - 0.03, -kHalfY - 0.03, -0.03}, {kHalfX + 0.03, kHalfY + 0.03, kHeight + 0.03}};
     b.data.mesh_resolution = 0.01;
-    b.data.cell = 0.12;
+    b.data.cell = 0.16;
     return std::move(b.data);
 }
 
