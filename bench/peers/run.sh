@@ -9,7 +9,7 @@ results=${BURIN_RESULTS:?run this through ./dev bench}
 source=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 burin=$build/src/cli/burin
 peer=$build/bench/peers/open3d_fuse
-voxel=0.01 frames=: datasets=()
+voxel=0.01 frames='' datasets=()
 while [[ $# -gt 0 ]]; do
     case $1 in
         --voxel) voxel=${2:?--voxel needs a length in metres}; shift ;;
@@ -25,40 +25,40 @@ fi
 [[ -x $peer ]] || { echo "peers: $peer was not built; is Open3D installed?" >&2; exit 1; }
 
 get() { cmake -DFILE="$1" -DKEYS="$2" -P "$source/cmake/JsonGet.cmake"; }
+ply_count() { head -c 1000 "$1" | sed -n "s/^element $2 \([0-9]*\).*/\1/p" | head -n 1; }
+row() { printf '%s,%s,%s,%s,%s,%s,%s\n' "$name" "$voxel" "$1" "$threads" "$2" "$machine" "$commit" >>"$csv"; }
 
 csv=$results/results.csv
 machine=$(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1 | tr ',' ' ')
-printf 'dataset,voxel_m,program,threads,colour,frames,p50_ms,mean_ms,p95_ms,extract_ms,peak_rss_bytes,vertices,triangles,machine,commit\n' >"$csv"
+columns=dataset,voxel_m,program,threads,frames,depth_mean_ms,integrate_p50_ms,integrate_mean_ms,integrate_p95_ms,extract_ms
+printf '%s,peak_rss_bytes,vertices,triangles,machine,commit\n' "$columns" >"$csv"
 commit=$(git -C "$source" rev-parse --short HEAD 2>/dev/null || echo unknown)
 
 for dataset in "${datasets[@]}"; do
     [[ -d $dataset ]] || { echo "peers: $dataset is not there; set BURIN_DATA or name a data set" >&2; exit 1; }
     name=$(basename "$dataset")
     common=(--voxel "$voxel" --truncation 4 --max-depth 4)
-    [[ $frames == : ]] || common+=(--frames "$frames")
+    [[ -z $frames ]] || common+=(--frames "$frames")
     for threads in 1 2; do
         for kind in scalable vbg; do
             out=$results/$name-open3d-$kind-$threads
             flags=()
             [[ $kind == vbg ]] && flags=(--vbg)
             "$peer" "$dataset" "${common[@]}" --threads "$threads" ${flags[@]+"${flags[@]}"} -o "$out.ply" >"$out.json"
-            printf '%s,%s,open3d-%s,%s,%s,%s,%s\n' "$name" "$voxel" "$kind" "$threads" \
-                "$(get "$out.json" 'colour;frames;integrate_p50_ms;integrate_mean_ms;integrate_p95_ms;extract_ms;peak_rss_bytes;vertices;triangles')" \
-                "$machine" "$commit" >>"$csv"
+            row "open3d-$kind" "$(get "$out.json" 'frames;none;integrate_p50_ms;integrate_mean_ms;integrate_p95_ms;extract_ms;peak_rss_bytes;vertices;triangles')"
         done
         out=$results/$name-burin-$threads
-        # The same weights as Open3D's: one for every observation, back to the truncation distance; no smoothing, no
-        # removal of small components.
-        "$burin" fuse "$dataset" -o "$out" "${common[@]}" --threads "$threads" --no-colour --budget 1GiB --quiet
-        # The time of a frame is that of depth and integration together; the report has them apart.
-        printf '%s,%s,burin,%s,false,%s,%s,%s\n' "$name" "$voxel" "$threads" \
-            "$(get "$out/report.json" 'frames;stages.integrate.p50_ms;stages.integrate.mean_ms;stages.integrate.p95_ms;stages.mesh.mean_ms;memory.peak_rss_bytes;mesh.vertices;mesh.triangles')" \
-            "$machine" "$commit" >>"$csv"
+        # Like Open3D: no filter, every observation of weight 1 all the way behind the surface, voxels seen once count,
+        # all components stay. Carving has no counterpart there.
+        "$burin" fuse "$dataset" -o "$out" "${common[@]}" --threads "$threads" --no-colour --no-carve --drop none \
+            --min-weight 1 --min-component 0 --budget "${BURIN_PEERS_BUDGET:-512MiB}" --quiet
+        row burin "$(get "$out/report.json" 'tracked;stages.depth.mean_ms;stages.integrate.p50_ms;stages.integrate.mean_ms;stages.integrate.p95_ms;stages.mesh.mean_ms;memory.peak_rss_bytes'),$(ply_count "$out/mesh.ply" vertex),$(ply_count "$out/mesh.ply" face)"
     done
-    "$burin" eval mesh "$results/$name-burin-1/mesh.ply" "$results/$name-open3d-scalable-1.ply" --threshold "$voxel" --json \
-        >"$results/$name-agreement.json"
-    printf '%s at %s m: of the surfaces, within one voxel of the other\n' "$name" "$voxel"
-    cat "$results/$name-agreement.json"
+    agreement=$results/$name-agreement.json
+    "$burin" eval mesh "$results/$name-burin-1/mesh.ply" "$results/$name-open3d-scalable-1.ply" --threshold "$voxel" --json >"$agreement"
+    IFS=, read -r ours theirs < <(get "$agreement" 'scores.0.precision;scores.0.completeness_ratio')
+    printf '%s, voxel %s m: within one voxel of the other surface: %s of ours, %s of ScalableTSDFVolume'"'"'s\n' \
+        "$name" "$voxel" "$ours" "$theirs"
 done
 column -s, -t <"$csv" 2>/dev/null || cat "$csv"
 printf 'figures in %s\n' "$csv"
