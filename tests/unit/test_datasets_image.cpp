@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <filesystem>
+#include <iterator>
 
 #include "dataset_files.h"
 #include "datasets/image_file.h"
@@ -160,16 +163,35 @@ TEST(ImageFile, BufferIsKept) {
     EXPECT_EQ(depth.pixels.data(), before);
 }
 
-TEST(ImageFile, FullDiskLeavesNothing) {
-    // A device that is always full; the final name is a plain file beside it.
+// A limit on the size of files stands for the full disk: it needs no root and no file system of its own.
+TEST(ImageFile, WriteThatFailsHalfWayLeavesWhatWasThere) {
     const auto image = pattern<std::uint16_t>(640, 480, 1, 5);
-    EXPECT_FALSE(write_png("/dev/full", image.view()).ok());
     const TempFolder folder;
-    const std::string missing = folder.path("no/such/folder/a.png");
-    const Status status = write_png(missing, image.view());
+    const std::string fresh = folder.path("new.png"), old = folder.text("old.png", "what was there");
+    rlimit before;
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{4096, before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    const Status first = write_png(fresh, image.view()), second = write_png(old, image.view());
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    std::signal(SIGXFSZ, handler);
+    ASSERT_FALSE(first.ok());
+    ASSERT_FALSE(second.ok());
+    EXPECT_EQ(first.code(), Code::io);
+    EXPECT_NE(std::string(first.text()).find(fresh), std::string::npos) << first.text();
+    EXPECT_EQ(read_bytes(old), "what was there");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}),
+              1);  // no new.png, no part files
+}
+
+TEST(ImageFile, WriteWhereNothingCanBe) {
+    const TempFolder folder;
+    const Image<std::uint16_t> image(4, 4);
+    const Status status = write_png(folder.path("no/such/folder/a.png"), image.view());
     ASSERT_FALSE(status.ok());
-    EXPECT_NE(std::string(status.text()).find("a.png"), std::string::npos);
-    EXPECT_FALSE(std::filesystem::exists(missing));
+    EXPECT_NE(std::string(status.text()).find("a.png"), std::string::npos) << status.text();
+    EXPECT_FALSE(write_png("/dev/full", image.view()).ok());
 }
 
 TEST(ImageFile, RefusesToWriteWhatIsNoImage) {
