@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "map/chunk.h"
+
 namespace burin {
 namespace {
 

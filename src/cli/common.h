@@ -66,7 +66,7 @@ struct MapOptions {
 // Options of the final mesh.
 struct MeshFlags {
     burin_mesh_options options = burin_mesh_options_default();
-    std::uint64_t min_component = 100;  // triangles: at 5 mm voxels a patch of 35 mm, less than any real object
+    std::uint64_t min_component = 50;  // triangles: at 5 mm voxels a patch of 25 mm, less than what one would miss
     void add_to(CLI::App& app);
 };
 

@@ -54,8 +54,30 @@ Facing facing_of(const TriangleMesh& mesh, Vec3d centre) {
     return sum;
 }
 
-// Moves the camera along its axes until the corners of the box fill the image, centred.
-Vec3d fit(const Camera& camera, const Mat3d& R_world_camera, Vec3d centre, const Vec3d (&corners)[8]) {
+// Some of the vertices inside the intervals along the axes, enough to outline the mesh.
+std::vector<Vec3d> outline(const TriangleMesh& mesh, const Vec3d (&axes)[3], const Interval (&intervals)[3]) {
+    constexpr std::size_t kEnough = 50'000;
+    std::vector<Vec3d> points;
+    const std::size_t step = mesh.positions.size() / kEnough + 1;
+    for (std::size_t i = 0; i < mesh.positions.size(); i += step) {
+        const Vec3d p = to_double(mesh.positions[i]);
+        bool inside = true;
+        for (int k = 0; k < 3; ++k)
+            inside = inside && dot(p, axes[k]) >= intervals[k].low && dot(p, axes[k]) <= intervals[k].high;
+        if (inside) points.push_back(p);
+    }
+    // A handful of vertices may leave none inside all three: then the box itself.
+    for (int corner = 0; points.size() < 8 && corner < 8; ++corner) {
+        Vec3d p;
+        for (int k = 0; k < 3; ++k)
+            p = p + axes[k] * (corner >> k & 1 ? intervals[k].high : intervals[k].low);
+        points.push_back(p);
+    }
+    return points;
+}
+
+// Moves the camera along its axes until the points fill the image, centred.
+Vec3d fit(const Camera& camera, const Mat3d& R_world_camera, Vec3d centre, const std::vector<Vec3d>& points) {
     const double tan_x = kMargin * 0.5 * camera.width / camera.fx,
                  tan_y = kMargin * 0.5 * camera.height / camera.fy;
     const Mat3d R_camera_world = R_world_camera.transposed();
@@ -63,16 +85,16 @@ Vec3d fit(const Camera& camera, const Mat3d& R_world_camera, Vec3d centre, const
     constexpr int kRounds = 4;  // each halves what is left of the off-centre shift several times over
     for (int round = 0; round < kRounds; ++round) {
         double distance = kDefaultNear_m;
-        for (const Vec3d& corner : corners) {
-            const Vec3d p = R_camera_world * (corner - centre);
+        for (const Vec3d& point : points) {
+            const Vec3d p = R_camera_world * (point - centre);
             distance = std::max({distance, std::fabs(p.x - eye.x) / tan_x - p.z,
                                  std::fabs(p.y - eye.y) / tan_y - p.z, 2 * kDefaultNear_m - p.z});
         }
         eye.z = -distance;
         if (round + 1 == kRounds) break;
         double x0 = HUGE_VAL, x1 = -HUGE_VAL, y0 = HUGE_VAL, y1 = -HUGE_VAL;
-        for (const Vec3d& corner : corners) {
-            const Vec3d p = R_camera_world * (corner - centre) - eye;
+        for (const Vec3d& point : points) {
+            const Vec3d p = R_camera_world * (point - centre) - eye;
             x0 = std::min(x0, p.x / p.z);
             x1 = std::max(x1, p.x / p.z);
             y0 = std::min(y0, p.y / p.z);
@@ -134,11 +156,9 @@ Result<Viewpoint> view_for(const TriangleMesh& mesh, int width, int height, Vec3
         view.T_world_camera.R(r, 1) = down[r];
         view.T_world_camera.R(r, 2) = forward[r];
     }
-    Vec3d corners[8];
-    for (int i = 0; i < 8; ++i)
-        corners[i] = across * (i & 1 ? side.high : side.low) + along * (i & 2 ? depth.high : depth.low) +
-                     up * (i & 4 ? tall.high : tall.low);
-    view.T_world_camera.t = fit(view.camera, view.T_world_camera.R, centre, corners);
+    const Vec3d axes[3] = {across, along, up};
+    const Interval intervals[3] = {side, depth, tall};
+    view.T_world_camera.t = fit(view.camera, view.T_world_camera.R, centre, outline(mesh, axes, intervals));
     return view;
 } catch (const std::exception&) {
     return Status::error(Code::insufficient_memory, "no memory to place a camera for %zu vertices",

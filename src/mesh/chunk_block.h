@@ -11,8 +11,8 @@
 namespace burin {
 
 struct MeshOptions {
-    float min_weight = 1.5f;       // observations; voxels with less are unknown
-    float max_jump_voxels = 3.0f;  // larger differences along an edge are no surface
+    float min_weight = 0.5f;       // observations; voxels with less are unknown
+    float max_jump_voxels = 6.0f;  // larger differences along an edge are no surface
 };
 
 class ChunkBlock {

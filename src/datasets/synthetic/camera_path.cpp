@@ -72,8 +72,8 @@ View figure_view(double s) {
 }
 
 // Corridor: the middle line, a rectangle 18 x 10 m with rounded corners. Arc length to position and heading.
-constexpr double kLineX = 9, kLineY = 5, kTurn = 0.65;  // metres: half sides, corner radius
-constexpr double kWalk = 1.1;                           // metres a second
+constexpr double kLineX = 9, kLineY = 5, kTurn = 0.95;  // metres: half sides, corner radius
+constexpr double kWalk = 1.0;                            // metres a second
 double round_length() { return 4 * (kLineX + kLineY - 2 * kTurn) + 2 * kPi * kTurn; }
 
 void corridor_line(double s, Vec3d* position, Vec3d* heading) {

@@ -9,7 +9,7 @@
 
 namespace burin {
 
-// Frames a scene gets when none are asked for: room 200, desk 200, corridor one round and 4 m more at 1.1 m/s,
+// Frames a scene gets when none are asked for: room 200, desk 200, corridor one round and 4 m more at 1 m/s,
 // relief 120, figure 240.
 int default_frame_count(const std::string& scene);
 

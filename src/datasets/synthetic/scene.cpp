@@ -168,27 +168,49 @@ double SyntheticScene::distance(Vec3d p) const { return fold(near_items(p), p); 
 
 Vec3d SyntheticScene::normal(Vec3d p) const { return normalised(nearest(p).gradient); }
 
-double SyntheticScene::surface_distance(Vec3d p, Vec3d* nearest_point) const {
-    const Nearest first = nearest(p);
-    const bool exact = first.part < 0 || (part(first.part).blend < 0 && part(first.part).shape != Shape::relief);
-    if (exact && !nearest_point) return first.distance;
-    // q walks to the foot of the perpendicular: first down the gradient to the surface, then along the surface by the
-    // tangential part of p - q, and again. Each round squares the angle between p - q and the normal, to first order.
+// The foot of the perpendicular from p on the surface of one blend or relief: first down the gradient to the surface,
+// then along it by the tangential part of p - q, and again. Each round shrinks the angle between p - q and the normal.
+Vec3d SyntheticScene::foot_point(Range group, Vec3d p) const {
     Vec3d q = p;
-    for (int round = 0; round < 12; ++round) {
-        Nearest here = nearest(q);
+    constexpr int kRounds = 16;
+    for (int round = 0; round < kRounds; ++round) {
+        Nearest here = nearest(group, q);
         for (int newton = 0; newton < 20 && std::fabs(here.distance) > 1e-10; ++newton) {
             q = q - here.gradient * (here.distance / std::max(dot(here.gradient, here.gradient), 0.05));
-            here = nearest(q);
+            here = nearest(group, q);
         }
         const Vec3d n = normalised(here.gradient), gap = p - q;
         const Vec3d slide = gap - n * dot(gap, n);
-        if (norm(slide) < 1e-9 || round == 11) break;
+        if (norm(slide) < 1e-9 || round + 1 == kRounds) break;
         q = q + slide * 0.7;  // damped: on a surface curved towards p a full step overshoots
     }
-    if (nearest_point) *nearest_point = q;
-    if (exact) return first.distance;
-    return first.distance < 0 ? -norm(p - q) : norm(p - q);
+    return q;
+}
+
+double SyntheticScene::surface_distance(Vec3d p, Vec3d* nearest_point) const {
+    // Outside, the distance of a union is the least of its members', each of them Euclidean; inside, the member that
+    // p lies deepest in decides. So first the exact parts, then whatever else might still be nearer.
+    const Range items = near_items(p);
+    const bool inside = fold(items, p) < 0;
+    double best = kInfinity, best_bound = kInfinity;
+    Vec3d foot = p;
+    for (const bool exact_pass : {true, false})
+        for (const std::uint16_t* i = items.begin; i != items.end;) {
+            const std::uint16_t* j = i + 1;
+            while (part(*i).blend >= 0 && j != items.end && part(*j).blend == part(*i).blend) ++j;
+            const Range group{i, j};
+            const bool exact = part(*i).blend < 0 && part(*i).shape != Shape::relief;
+            i = j;
+            if (exact != exact_pass) continue;
+            const Nearest here = nearest(group, p);
+            if (inside ? here.distance >= best_bound : here.distance >= best) continue;
+            best_bound = here.distance;
+            const Vec3d q = exact ? p - here.gradient * here.distance : foot_point(group, p);
+            const double d = exact ? here.distance : (here.distance < 0 ? -norm(p - q) : norm(p - q));
+            if (inside || d < best) best = d, foot = q;
+        }
+    if (nearest_point) *nearest_point = foot;
+    return best;
 }
 
 std::uint8_t SyntheticScene::label(Vec3d p) const { return part(nearest(p).part).label; }

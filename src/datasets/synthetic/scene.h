@@ -120,6 +120,7 @@ class SyntheticScene {
     double fold(Range items, Vec3d p) const;
     Nearest nearest(Vec3d p) const;
     Nearest nearest(Range items, Vec3d p) const;
+    Vec3d foot_point(Range group, Vec3d p) const;
     double trace_convex(const synthetic::Part& part, Vec3d origin, Vec3d direction, double t0, double t1) const;
     double trace_field(Range items, Vec3d origin, Vec3d direction, double t0, double t1) const;
 

@@ -121,13 +121,13 @@ SceneData relief_scene(std::uint64_t seed) {
     const int surface = kind ? b.material(Texture::wood, linear_colour(190, 150, 105), linear_colour(160, 115, 75), 0.02)
                              : b.material(Texture::mottled, stone, stone * 0.65f + Vec3f{0.06f, 0.04f, 0.02f}, 0.05);
     b.object(kNone);
-    Part& panel = b.add(Shape::relief, centre, {kHalfWidth, kHalfHeight, 0.02}, surface, 0, upright);
+    Part& panel = b.add(Shape::relief, centre, {kHalfWidth, kHalfHeight, 0.034}, surface, 0, upright);
     panel.relief = b.data.reliefs.back().get();
     const int frame = b.random_wood(0.008);
     b.object(kNone);
     for (double s : {-1.0, 1.0}) {
-        b.box({s * 0.207 - 0.012, -0.014, 0.2 - 0.169}, {s * 0.207 + 0.012, 0.03, 0.2 + 0.169}, frame, 0.004);
-        b.box({-0.21, -0.0135, 0.2 + s * 0.157 - 0.012}, {0.21, 0.0295, 0.2 + s * 0.157 + 0.012}, frame, 0.004);
+        b.box({s * 0.207 - 0.012, -0.014, 0.2 - 0.169}, {s * 0.207 + 0.012, 0.036, 0.2 + 0.169}, frame, 0.004);
+        b.box({-0.21, -0.0135, 0.2 + s * 0.157 - 0.012}, {0.21, 0.035, 0.2 + s * 0.157 + 0.012}, frame, 0.004);
     }
     b.object(kTable);  // the ledge
     b.box({-0.6, -0.12, -0.02}, {0.6, 0.06, 0.034}, b.random_wood());

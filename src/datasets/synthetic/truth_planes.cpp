@@ -4,20 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "datasets/synthetic/portable_math.h"
 
 namespace burin {
 namespace {
 
+using Patch = PlanePatch;
 using synthetic::Part;
 using synthetic::Shape;
-
-struct Patch {  // a rectangle or, with round set, the disc inside it
-    Vec3d centre, u, v, normal;
-    double half_u = 0, half_v = 0;
-    bool round = false;
-};
 
 // The planar faces of a part in the order of face_of.
 std::vector<Patch> patches_of(const Part& part) {
@@ -81,12 +77,9 @@ std::vector<Vec3d> convex_hull(std::vector<Vec3d> points, Vec3d u, Vec3d v) {
 }  // namespace
 
 PlaneSurvey::PlaneSurvey(const SyntheticScene& scene) : scene_(scene) {
-    const auto& parts = scene.data().parts;
     // Faces this far from being coplanar are different planes (metres; the layout is exact to 1e-12).
     constexpr double kSamePlane = 1e-7;
-    // About 4000 samples on a face of 1 m^2; at least 20 along each side.
-    constexpr double kSampleSpacing = 0.016;
-    for (const Part& part : parts) {
+    for (const Part& part : scene.data().parts) {
         const std::vector<Patch> patches = patches_of(part);
         first_face_.push_back(patches.empty() ? -1 : static_cast<int>(face_of_.size()));
         for (const Patch& patch : patches) {
@@ -106,26 +99,39 @@ PlaneSurvey::PlaneSurvey(const SyntheticScene& scene) : scene_(scene) {
                 face->v = cross(patch.normal, patch.u);
             }
             face_of_.push_back(static_cast<int>(face - faces_.begin()));
-            for (const Vec3d& corner : corners_of(patch)) face->corners.push_back(corner);
-            const double step = std::min(kSampleSpacing, std::min(patch.half_u, patch.half_v) / 10);
-            const int columns = std::max(1, static_cast<int>(2 * patch.half_u / step)), rows = std::max(1, static_cast<int>(2 * patch.half_v / step));
-            const double area = 4 * patch.half_u * patch.half_v / (static_cast<double>(columns) * rows);
-            for (int j = 0; j < rows; ++j)
-                for (int i = 0; i < columns; ++i) {
-                    const double a = (2 * i + 1.0) / columns - 1, b = (2 * j + 1.0) / rows - 1;
-                    if (patch.round && a * a + b * b > 1) continue;
-                    const Vec3d p = patch.centre + patch.u * (a * patch.half_u) + patch.v * (b * patch.half_v);
-                    // Open when a point just above is as far from everything as from this face.
-                    constexpr double kLift = 1e-4;
-                    const bool open = scene.distance(p + patch.normal * kLift) > 0.9 * kLift;
-                    if (open) face->samples.push_back({p, static_cast<float>(area), false});
-                }
+            face->patches.push_back(patch);
         }
     }
     for (Face& face : faces_) {
-        for (const Sample& sample : face.samples) face.plane.area_m2 += sample.area;
-        face.plane.polygon = convex_hull(face.corners, face.u, face.v);
+        double whole = 0;
+        for (const Patch& patch : face.patches) whole += 4 * patch.half_u * patch.half_v;
+        if (whole < scene.data().min_plane_area) continue;  // too small even when all of it lies open
+        for (const Patch& patch : face.patches) sample_patch(patch, &face);
     }
+    for (Face& face : faces_) {
+        std::vector<Vec3d> corners;
+        for (const Patch& patch : face.patches)
+            for (const Vec3d& corner : corners_of(patch)) corners.push_back(corner);
+        for (const Sample& sample : face.samples) face.plane.area_m2 += sample.area;
+        face.plane.polygon = convex_hull(std::move(corners), face.u, face.v);
+    }
+}
+
+void PlaneSurvey::sample_patch(const PlanePatch& patch, Face* face) const {
+    // About 4000 samples on a face of 1 m^2; at least 20 along each side.
+    constexpr double kSampleSpacing = 0.016;
+    const int columns = std::max(20, static_cast<int>(2 * patch.half_u / kSampleSpacing));
+    const int rows = std::max(20, static_cast<int>(2 * patch.half_v / kSampleSpacing));
+    const auto area = static_cast<float>(4 * patch.half_u * patch.half_v / (static_cast<double>(columns) * rows));
+    for (int j = 0; j < rows; ++j)
+        for (int i = 0; i < columns; ++i) {
+            const double a = (2 * i + 1.0) / columns - 1, b = (2 * j + 1.0) / rows - 1;
+            if (patch.round && a * a + b * b > 1) continue;
+            const Vec3d p = patch.centre + patch.u * (a * patch.half_u) + patch.v * (b * patch.half_v);
+            // Open when a point just above is as far from everything as from this face.
+            constexpr double kLift = 1e-4;
+            if (scene_.distance(p + patch.normal * kLift) > 0.9 * kLift) face->samples.push_back({p, area, false});
+        }
 }
 
 void PlaneSurvey::add_frame(const TruthImages& images, const Camera& camera, const Se3& T_scene_camera, double max_depth,

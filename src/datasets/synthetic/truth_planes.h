@@ -22,6 +22,13 @@ struct TruthPlane {
     std::int64_t support = 0;  // true depth pixels on it, all frames
 };
 
+// A rectangle or, with round set, the disc (ellipse) inside it.
+struct PlanePatch {
+    Vec3d centre, u, v, normal;  // u, v, normal: unit, right-handed
+    double half_u = 0, half_v = 0;  // metres
+    bool round = false;
+};
+
 // Collects the planar faces of a scene: coplanar faces of one object are one plane. Faces are sampled on a grid, which
 // gives the areas to about 1 %.
 class PlaneSurvey {
@@ -42,10 +49,12 @@ class PlaneSurvey {
     };
     struct Face {
         TruthPlane plane;
-        Vec3d u, v;                  // in the plane
-        std::vector<Vec3d> corners;  // of all members
+        Vec3d u, v;  // in the plane
+        std::vector<PlanePatch> patches;
         std::vector<Sample> samples;
     };
+
+    void sample_patch(const PlanePatch& patch, Face* face) const;
 
     const SyntheticScene& scene_;
     std::vector<Face> faces_;
