@@ -13,6 +13,7 @@
 #include "api/frame_check.h"
 #include "api/handles.h"
 #include "map/sample.h"
+#include "simd/targets.h"
 
 using namespace burin;
 
@@ -156,7 +157,7 @@ const char* burin_strerror(burin_status status) {
 }
 
 const char* burin_version(void) { return BURIN_VERSION; }
-const char* burin_simd_name(void) { return "scalar"; }
+const char* burin_simd_name(void) { return simd::target_name(); }
 
 const char* burin_last_error(burin_map map) {
     const MapState* state = state_of(map);

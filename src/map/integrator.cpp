@@ -143,8 +143,8 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         const auto base = job.depth_projector.base(keys_[i], voxel_m);
         if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w).touched) return;
         ChunkGeometry& chunk = volume.geometry(slot);
-        volume.least_distance(slot) =
-            static_cast<std::int16_t>(simd::fuse_distances(distances, w, options_.fuse, chunk.sdf, chunk.weight));
+        const int least = simd::fuse_distances(distances, w, options_.fuse, chunk.sdf, chunk.weight);
+        volume.least_distance(slot) = static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
         if (job.with_colour)
             simd::fuse_colours(distances, job.colour_window, *colour_offsets_, job.colour_projector.base(keys_[i], voxel_m),
                                job.colour_model, &volume.colour(slot).rgbn[0][0]);

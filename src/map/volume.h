@@ -55,7 +55,7 @@ class Volume {
     std::uint8_t flags(std::uint32_t slot) const { return flags_[slot]; }
     // Number of the frame that last fused or carved the chunk.
     std::uint32_t& last_seen(std::uint32_t slot) { return last_seen_[slot]; }
-    // Least |sdf| over its observed voxels: kFree (32767) means nothing but free space.
+    // Not above the least |sdf| of its observed voxels: 32767 means nothing but free space.
     std::int16_t& least_distance(std::uint32_t slot) { return least_distance_[slot]; }
 
     // Slots in ascending key order, written to out[0..live()-1].

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// The specification of the integration kernels. tsdf_highway.cpp computes the same bits many lanes at a time.
 #include "simd/tsdf.h"
 
 #include <algorithm>
@@ -39,6 +40,8 @@ inline void average(std::int16_t distance, int w, const FuseModel& model, std::i
 
 }  // namespace
 
+namespace scalar {
+
 Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
                           const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights) {
     const float u_max = static_cast<float>(window.width) + 1.0f, v_max = static_cast<float>(window.height) + 1.0f;
@@ -46,25 +49,23 @@ Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& of
     Observation seen{false, false};
     for (int i = 0; i < kChunkVoxels; ++i) {
         const float z = base.z + offsets.z[i];
-        const float inverse_z = 1.0f / z;
+        const float inverse_z = 1.0f / std::max(z, kLeastZ);
         // Nearest pixel in the bordered image: + 1 for the border, + 0.5 for rounding by truncation.
-        // The order of the arguments makes NaN (z = 0) come out as 0, the border.
-        const float u = std::min(u_max, std::max(0.0f, (base.u + offsets.u[i]) * inverse_z + 1.5f));
-        const float v = std::min(v_max, std::max(0.0f, (base.v + offsets.v[i]) * inverse_z + 1.5f));
+        const float u = std::min(std::max((base.u + offsets.u[i]) * inverse_z + 1.5f, 0.0f), u_max);
+        const float v = std::min(std::max((base.v + offsets.v[i]) * inverse_z + 1.5f, 0.0f), v_max);
         const int pixel = static_cast<int>(v) * window.stride + static_cast<int>(u);
-        const std::uint16_t raw = z > 0.0f ? window.pixels[pixel] : std::uint16_t{0};
+        const std::uint16_t raw = window.pixels[pixel];
         const float depth_m = static_cast<float>(raw) * window.unit_m;
         float tau = truncation.truncation_m;
         if (truncation.quadratic)
             tau = std::max(truncation.floor_m, (truncation.a * depth_m + truncation.b) * depth_m + truncation.c);
         const float s = depth_m - z;
-        const bool hit = raw != 0 && s > -tau;
-        distances[i] = !hit ? kUnseen
-                       : s >= truncation.truncation_m ? kFree
-                                                      : static_cast<std::int16_t>(round_to_int(s * to_units));
+        const bool hit = raw != 0 && s > -tau && z > kLeastZ;
+        const int distance = hit ? round_to_int(std::min(s * to_units, kScale)) : kUnseen;
+        distances[i] = static_cast<std::int16_t>(distance);
         if (weights) weights[i] = window.weights[pixel];
-        seen.touched |= hit && s < tau;
-        seen.free |= distances[i] == kFree;
+        seen.touched |= hit && distance != kFree && (!truncation.quadratic || s < tau);
+        seen.free |= distance == kFree;
     }
     return seen;
 }
@@ -73,14 +74,51 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
     int least = kFree;
     for (int i = 0; i < kChunkVoxels; ++i) {
-        if (distances[i] != kUnseen) {
-            const int w = observation_weight(distances[i], weights, i, model);
-            if (w > 0) average(distances[i], w, model, &sdf[i], &weight_sum[i]);
-        }
-        if (weight_sum[i] > 0) least = std::min(least, std::abs(static_cast<int>(sdf[i])));
+        if (distances[i] == kUnseen) continue;
+        const int w = observation_weight(distances[i], weights, i, model);
+        if (w == 0) continue;
+        average(distances[i], w, model, &sdf[i], &weight_sum[i]);
+        least = std::min(least, std::abs(static_cast<int>(sdf[i])));
     }
     return least;
 }
+
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
+    const std::int32_t last = static_cast<std::int32_t>((window.height - 1) * window.stride + 3 * window.width - 4);
+    for (int i = 0; i < kChunkVoxels; ++i) {
+        if (distances[i] > model.band || distances[i] < -model.band) continue;
+        const float z = base.z + offsets.z[i];
+        const float inverse_z = 1.0f / std::max(z, kLeastZ);
+        float u = (base.u + offsets.u[i]) * inverse_z, v = (base.v + offsets.v[i]) * inverse_z;
+        if (window.distorted) {
+            const float x = (u - window.cx) / window.fx, y = (v - window.cy) / window.fy, xx = x * x, yy = y * y;
+            const float r2 = xx + yy, two_xy = 2.0f * (x * y);
+            const float radial = 1.0f + r2 * (window.k1 + r2 * (window.k2 + r2 * window.k3));
+            u = window.fx * (x * radial + (window.p1 * two_xy + window.p2 * (r2 + 2.0f * xx))) + window.cx;
+            v = window.fy * (y * radial + (window.p1 * (r2 + 2.0f * yy) + window.p2 * two_xy)) + window.cy;
+        }
+        u += 0.5f;
+        v += 0.5f;
+        if (!(z > kLeastZ && u >= 0.0f && v >= 0.0f && u < static_cast<float>(window.width) && v < static_cast<float>(window.height)))
+            continue;
+        const std::int32_t offset = static_cast<int>(v) * static_cast<std::int32_t>(window.stride) + 3 * static_cast<int>(u);
+        if (offset > last) continue;
+        const std::uint8_t* reading = window.rgb + offset;
+        std::uint8_t* colour = colours + 4 * i;
+        const int count = colour[3];
+        // Threshold in 0..255: an odd multiplier walks through all residues over voxels and over frames.
+        const int threshold = static_cast<int>((static_cast<std::uint32_t>(i) * 167u + model.frame * 101u) & 255u);
+        const float scale = 256.0f / static_cast<float>(count + 1);
+        for (int k = 0; k < 3; ++k) {
+            const int scaled = static_cast<int>(static_cast<float>(colour[k] * count + reading[k]) * scale);
+            colour[k] = static_cast<std::uint8_t>(std::min((scaled + threshold) >> 8, 255));
+        }
+        colour[3] = static_cast<std::uint8_t>(std::min(count + 1, kColourMemory));
+    }
+}
+
+}  // namespace scalar
 
 bool carve_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
                      std::int16_t* sdf, std::uint16_t* weight_sum) {
@@ -94,35 +132,19 @@ bool carve_distances(const std::int16_t* distances, const std::uint16_t* weights
     return changed;
 }
 
+#if defined(BURIN_SCALAR_ONLY)
+Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
+                          const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights) {
+    return scalar::observe_chunk(window, offsets, base, truncation, distances, weights);
+}
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+                   std::int16_t* sdf, std::uint16_t* weight_sum) {
+    return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
+}
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
-    for (int i = 0; i < kChunkVoxels; ++i) {
-        if (distances[i] > model.band || distances[i] < -model.band) continue;
-        const float z = base.z + offsets.z[i];
-        if (!(z > 0.0f)) continue;
-        float u = (base.u + offsets.u[i]) / z, v = (base.v + offsets.v[i]) / z;
-        if (window.distorted) {
-            const float x = (u - window.cx) / window.fx, y = (v - window.cy) / window.fy, r2 = x * x + y * y;
-            const float radial = 1.0f + r2 * (window.k1 + r2 * (window.k2 + r2 * window.k3));
-            u = window.fx * (x * radial + 2.0f * window.p1 * x * y + window.p2 * (r2 + 2.0f * x * x)) + window.cx;
-            v = window.fy * (y * radial + window.p1 * (r2 + 2.0f * y * y) + 2.0f * window.p2 * x * y) + window.cy;
-        }
-        u += 0.5f;
-        v += 0.5f;
-        if (!(u >= 0.0f && v >= 0.0f && u < static_cast<float>(window.width) && v < static_cast<float>(window.height)))
-            continue;
-        const std::uint8_t* reading =
-            window.rgb + static_cast<int>(v) * window.stride + 3 * static_cast<std::ptrdiff_t>(static_cast<int>(u));
-        std::uint8_t* colour = colours + 4 * i;
-        const int count = colour[3] + 1;
-        // Threshold in 0..255: an odd multiplier walks through all residues over voxels and over frames.
-        const int threshold = static_cast<int>((static_cast<std::uint32_t>(i) * 167u + model.frame * 101u) & 255u);
-        for (int k = 0; k < 3; ++k) {
-            const int scaled = (colour[k] * (count - 1) + reading[k]) * 256 / count + threshold;
-            colour[k] = static_cast<std::uint8_t>(std::min(scaled >> 8, 255));
-        }
-        colour[3] = static_cast<std::uint8_t>(std::min(count, kColourMemory));
-    }
+    scalar::fuse_colours(distances, window, offsets, base, model, colours);
 }
+#endif
 
 }  // namespace burin::simd

@@ -43,13 +43,15 @@ struct TruncationModel {
     float a, b, c, floor_m;
 };
 
-// distances[i] = (depth at the nearest pixel - z of voxel i) in units of truncation_m / 32767, rounded to nearest,
-//   kFree when >= truncation_m, kUnseen when there is no reading or the value is <= -tau(depth).
+// distances[i] = s = (depth at the nearest pixel - z of voxel i) in units of truncation_m / 32767, rounded to nearest,
+//   kFree from truncation_m on, kUnseen when there is no reading, s <= -tau(depth), or z <= kLeastZ.
 // weights[i] = weight of that pixel (only when window.weights is not null).
-// *touched: some voxel lies in the band |distance| < tau(depth). *free: some voxel is kFree.
+// touched: some voxel lies in the band: neither kUnseen nor kFree, and with the quadratic model s < tau(depth).
+// free: some voxel is kFree.
 struct Observation {
     bool touched, free;
 };
+inline constexpr float kLeastZ = 1e-3f;  // metres; keeps 1 / z finite, a tenth of the nearest depth any config allows
 Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
                           const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights);
 
@@ -64,7 +66,8 @@ struct FuseModel {
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
 //   w = weight * drop(distance);  sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(.. + w, max)
-// `weights` null: every observation weighs kWeightOne. Returns the least |sdf| over voxels with weight.
+// `weights` null: every observation weighs kWeightOne. Returns the least |sdf| over the voxels it changed, kFree when
+// it changed none.
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
                    std::int16_t* sdf, std::uint16_t* weight_sum);
 
@@ -87,12 +90,23 @@ struct ColourModel {
     std::uint32_t frame;        // seed of the rounding dither
 };
 
-// colours: 512 x (r, g, b, count). New colour = old + (reading - old) / (count + 1), count capped at
+// colours: 512 x (r, g, b, count), aligned to 4. New colour = (old * count + reading) / (count + 1), count capped at
 // kColourMemory. Rounded with a threshold that changes with voxel and frame: round-to-nearest would freeze the mean
 // as soon as a reading differs by less than (count + 1) / 2 levels.
-// offsets and base are those of the colour camera.
+// offsets and base are those of the colour camera. height * stride < 2^31. The last pixel of the last row is not used:
+// pixels are read four bytes at a time.
 inline constexpr int kColourMemory = 24;  // rounding noise grows, reading noise falls with it; about 1.7 levels of each
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
+
+// What the functions above specify, one lane at a time.
+namespace scalar {
+Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
+                          const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights);
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+                   std::int16_t* sdf, std::uint16_t* weight_sum);
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
+}  // namespace scalar
 
 }  // namespace burin::simd
