@@ -98,8 +98,8 @@ std::vector<Part> sample_parts() {
     return parts;
 }
 
-// A field of slope at most 1 whose foot point p - d g lies on the surface is the Euclidean distance at p: the slope
-// bounds the true distance from below by d, the foot point from above.
+// A field of slope at most 1 whose foot point p - d g lies on the surface is the Euclidean distance at p: the
+// slope bounds the true distance from below by d, the foot point from above.
 TEST(Shapes, DistancesAreEuclideanOutside) {
     Random random(1, 1);
     for (const Part& part : sample_parts()) {
@@ -109,7 +109,8 @@ TEST(Shapes, DistancesAreEuclideanOutside) {
             const Vec3d q = p + random_direction(random) * random.in(1e-4, 0.5);
             Vec3d g;
             const double d = part_distance(part, p, &g);
-            EXPECT_LE(std::fabs(part_distance(part, q) - d), norm(q - p) + 1e-9) << "shape " << static_cast<int>(part.shape);
+            EXPECT_LE(std::fabs(part_distance(part, q) - d), norm(q - p) + 1e-9)
+                << "shape " << static_cast<int>(part.shape);
             EXPECT_EQ(d, part_distance(part, p)) << "with and without gradient";
             if (d <= 1e-3) continue;
             ++outside;
@@ -161,8 +162,8 @@ TEST_P(EveryScene, GridAgreesWithTheWholeList) {
     int inside = 0;
     for (int i = 0; i < 5000; ++i) {
         const Vec3d p = random_in(random, box.low, box.high);
-        // Outside the grid every part is looked at; the distance from there bounds the one here, and near the surface
-        // the values themselves are compared.
+        // Outside the grid every part is looked at; the distance from there bounds the one here, and near the
+        // surface the values themselves are compared.
         double best = std::numeric_limits<double>::infinity();
         std::map<int, double> folded;
         for (const Part& part : scene->data().parts) {
@@ -194,7 +195,8 @@ TEST_P(EveryScene, RaysStopAtTheFirstSurface) {
         const auto hit = scene->trace(T.t, direction, 100);
         const double end = hit.part < 0 ? 6.0 : hit.distance;
         for (int k = 1; k < 150; ++k)
-            ASSERT_GT(scene->distance(T.t + direction * (end * k / 150)), -1e-7) << "the ray went through something";
+            ASSERT_GT(scene->distance(T.t + direction * (end * k / 150)), -1e-7)
+                << "the ray went through something";
         if (hit.part < 0) continue;
         ++hits;
         const Vec3d p = T.t + direction * hit.distance;
@@ -218,29 +220,33 @@ TEST(Trace, PlaneDepthIsExactAtEveryAngle) {
     EXPECT_GT(floor_hits, 50);
 }
 
-// Both ways of tracing a curved solid, against the closed formula, up to rays that miss the rim by a micrometre. The
-// second sphere is a blend of one, and so is traced by its distance alone.
+// Both ways of tracing a curved solid, against the closed formula, up to rays that miss the rim by a
+// micrometre. The second sphere is a blend of one, and so is traced by its distance alone.
 TEST(Trace, GrazingRaysAreExact) {
     for (const bool blended : {false, true}) {
         SceneBuilder b("ball", 1);
         b.object(synthetic::kNone);
         if (blended) b.new_blend(0.01);
-        b.add(Shape::sphere, {0, 0, 0}, {0.5, 0, 0}, b.material(synthetic::Texture::plain, {0.5f, 0.5f, 0.5f}, {}));
+        b.add(Shape::sphere, {0, 0, 0}, {0.5, 0, 0},
+              b.material(synthetic::Texture::plain, {0.5f, 0.5f, 0.5f}, {}));
         b.data.bounds = {{-0.6, -0.6, -0.6}, {0.6, 0.6, 0.6}};
         b.data.cell = 0.11;
         const auto scene = scene_from(std::move(b.data));
         for (int i = 1; i < 2000; ++i) {
-            const double off = 0.5 * (1 - std::pow(10.0, -6.0 * i / 2000));  // up to 0.5 micrometres inside the rim
+            const double off =
+                0.5 * (1 - std::pow(10.0, -6.0 * i / 2000));  // up to 0.5 micrometres inside the rim
             const auto hit = scene->trace({off, 0.0, -3}, {0, 0, 1}, 100);
             const double expected = 3 - std::sqrt(0.25 - off * off);
             ASSERT_EQ(hit.part, 0) << off;
-            EXPECT_NEAR(hit.distance, expected, 2e-5) << (blended ? "field" : "convex") << " off axis " << off;
+            EXPECT_NEAR(hit.distance, expected, 2e-5)
+                << (blended ? "field" : "convex") << " off axis " << off;
         }
         EXPECT_EQ(scene->trace({0.500001, 0, -3}, {0, 0, 1}, 100).part, -1);
     }
 }
 
-// Around the relief and the blends the field is a bound; surface_distance finds the foot of the perpendicular.
+// Around the relief and the blends the field is a bound; surface_distance finds the foot of the
+// perpendicular.
 TEST(Scene, SurfaceDistanceIsEuclideanBesideReliefAndBlend) {
     for (const char* name : {"relief", "figure"}) {
         const auto scene = scene_of(name, 1);
@@ -254,7 +260,8 @@ TEST(Scene, SurfaceDistanceIsEuclideanBesideReliefAndBlend) {
                 Vec3d nearest;
                 const double d = scene->surface_distance(s.position + s.normal * off, &nearest);
                 EXPECT_LE(std::fabs(d), 0.0005 + 1e-6);
-                EXPECT_NEAR(scene->distance(nearest), 0, 0.0005) << "on the nearest solid, perhaps under another";
+                EXPECT_NEAR(scene->distance(nearest), 0, 0.0005)
+                    << "on the nearest solid, perhaps under another";
                 ++checked;
             }
         EXPECT_GT(checked, 550);
@@ -268,7 +275,8 @@ TEST(Scene, SurfaceDistanceIsEuclideanBesideReliefAndBlend) {
     }
 }
 
-// Beside two balls melted into each other, the refined distance is reached by its foot point and by no ray undercut.
+// Beside two balls melted into each other, the refined distance is reached by its foot point and by no ray
+// undercut.
 TEST(Scene, RefinedDistanceOfABlend) {
     SceneBuilder b("blend", 1);
     const int grey = b.material(synthetic::Texture::plain, {0.5f, 0.5f, 0.5f}, {});
@@ -306,7 +314,9 @@ TEST(Scene, SeedsMoveThings) {
             const auto scene = scene_of(name, seed);
             Random random(9, 9);
             double sum = 0;
-            for (int i = 0; i < 2000; ++i) sum += scene->distance(random_in(random, scene->data().bounds.low, scene->data().bounds.high));
+            for (int i = 0; i < 2000; ++i)
+                sum +=
+                    scene->distance(random_in(random, scene->data().bounds.low, scene->data().bounds.high));
             sums.insert(sum);
             EXPECT_EQ(scene->distance({0.1, -0.2, 0.9}), scene_of(name, seed)->distance({0.1, -0.2, 0.9}));
         }
@@ -314,7 +324,8 @@ TEST(Scene, SeedsMoveThings) {
     }
     const auto none = make_scene("attic", 1);
     ASSERT_FALSE(none.ok());
-    EXPECT_NE(std::string(none.status().text()).find("room, desk, corridor, relief, figure"), std::string::npos);
+    EXPECT_NE(std::string(none.status().text()).find("room, desk, corridor, relief, figure"),
+              std::string::npos);
 }
 
 // A floor of 2 x 2 m with a block of 0.5 x 0.4 x 0.3 m on it: every area is known.
@@ -332,7 +343,8 @@ TEST(Planes, AreasOpenAndSeen) {
     PlaneSurvey survey(*scene);
     Jobs jobs(2);
 
-    // From 2 m above, straight down: a frame of 1.25 x 1.25 m on the floor, 1.0625 x 1.0625 m at the block's top.
+    // From 2 m above, straight down: a frame of 1.25 x 1.25 m on the floor, 1.0625 x 1.0625 m at the block's
+    // top.
     Camera camera{400, 400, 640, 640, 199.5, 199.5};
     Se3 T = look_at({0, 0, 2}, {0, 1e-12, 0});
     T.R = {{1, 0, 0, 0, -1, 0, 0, 0, -1}};
@@ -360,15 +372,19 @@ TEST(Planes, AreasOpenAndSeen) {
     EXPECT_EQ(disc.polygon.size(), 32u);
     for (const Vec3d& p : top.polygon) EXPECT_NEAR(dot(top.normal, p) + top.offset, 0, 1e-12);
     // Counter-clockwise seen from above.
-    EXPECT_GT(dot(cross(floor.polygon[1] - floor.polygon[0], floor.polygon[2] - floor.polygon[1]), floor.normal), 0);
+    EXPECT_GT(
+        dot(cross(floor.polygon[1] - floor.polygon[0], floor.polygon[2] - floor.polygon[1]), floor.normal),
+        0);
 
     // The top: x up to 0.53125 of 0.55, all of y. The side faces are seen edge on at best.
     EXPECT_NEAR(top.seen_area_m2, (0.53125 - 0.05) * 0.4, 0.004);
     EXPECT_LT(side.seen_area_m2, 0.01);
-    // The floor: the frame less the block's shadow (x 0.05 0.625 beyond its top's projection, y 0 0.47) less the disc's.
+    // The floor: the frame less the block's shadow (x 0.05 0.625 beyond its top's projection, y 0 0.47) less
+    // the disc's.
     EXPECT_LT(floor.seen_area_m2, 1.25 * 1.25 - 0.2 - cylinder / 4);
     EXPECT_GT(floor.seen_area_m2, 1.0);
-    EXPECT_NEAR(static_cast<double>(top.support), 400 * 400 * (0.53125 - 0.05) * 0.4 / (1.0625 * 1.0625), 400);
+    EXPECT_NEAR(static_cast<double>(top.support), 400 * 400 * (0.53125 - 0.05) * 0.4 / (1.0625 * 1.0625),
+                400);
 }
 
 TEST(Planes, RoomHasItsWallsOnce) {
@@ -393,8 +409,10 @@ TEST(Planes, RoomHasItsWallsOnce) {
     EXPECT_NE(planes_json(planes).find("\"seen_area_m2\""), std::string::npos);
 }
 
-// Directed edges of a closed manifold come once each way; where the bounds cut the surface they may come one way only.
-void expect_closed(const SyntheticScene& scene, const TriangleMesh& mesh, double cell, std::size_t* open_edges) {
+// Directed edges of a closed manifold come once each way; where the bounds cut the surface they may come one
+// way only.
+void expect_closed(const SyntheticScene& scene, const TriangleMesh& mesh, double cell,
+                   std::size_t* open_edges) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
     for (const auto& t : mesh.triangles)
         for (std::size_t i = 0; i < 3; ++i) ++edges[{t[i], t[(i + 1) % 3]}];
@@ -416,7 +434,11 @@ void expect_closed(const SyntheticScene& scene, const TriangleMesh& mesh, double
 TEST_P(EveryScene, TruthMeshIsClosedAndOnTheSurface) {
     const std::string name = GetParam();
     const auto scene = scene_of(name, 1);
-    const double cell = name == "room" ? 0.03 : name == "corridor" ? 0.06 : name == "desk" ? 0.006 : name == "figure" ? 0.008 : 0.003;
+    const double cell = name == "room"       ? 0.03
+                        : name == "corridor" ? 0.06
+                        : name == "desk"     ? 0.006
+                        : name == "figure"   ? 0.008
+                                             : 0.003;
     Jobs jobs(2);
     const auto mesh = truth_mesh(*scene, cell, jobs);
     ASSERT_TRUE(mesh.ok()) << mesh.status().text();
@@ -433,11 +455,13 @@ TEST_P(EveryScene, TruthMeshIsClosedAndOnTheSurface) {
     if (name == "figure" || name == "room" || name == "corridor") {
         EXPECT_EQ(open, 0u);
     }
-    // Triangles face free space. At cells this coarse, gaps of a cell's width (behind a shelf, under a frame) give a few
-    // triangles with a foreign normal at their middle; a turned table would make nearly all of them wrong.
+    // Triangles face free space. At cells this coarse, gaps of a cell's width (behind a shelf, under a frame)
+    // give a few triangles with a foreign normal at their middle; a turned table would make nearly all of
+    // them wrong.
     std::size_t wrong = 0;
     for (const auto& t : mesh->triangles) {
-        const Vec3d a = to_double(mesh->positions[t[0]]), b = to_double(mesh->positions[t[1]]), c = to_double(mesh->positions[t[2]]);
+        const Vec3d a = to_double(mesh->positions[t[0]]), b = to_double(mesh->positions[t[1]]),
+                    c = to_double(mesh->positions[t[2]]);
         const Vec3d n = cross(b - a, c - a);
         if (norm(n) < 1e-3 * cell * cell) continue;  // slivers have no direction to speak of
         wrong += dot(normalised(n), scene->normal((a + b + c) * (1.0 / 3))) < 0;
@@ -475,7 +499,8 @@ TEST(SurfaceSamples, LieOnTheSurfaceAndCoverIt) {
     const auto again = sample_surface(*scene, 20000, 3, 0.04, one);
     ASSERT_TRUE(again.ok());
     ASSERT_EQ(again->size(), points->size());
-    EXPECT_TRUE(again->front().position == points->front().position && again->back().position == points->back().position);
+    EXPECT_TRUE(again->front().position == points->front().position &&
+                again->back().position == points->back().position);
 }
 
 TEST(SurfaceSamples, SeenPointsAreThoseInView) {
@@ -515,7 +540,8 @@ TEST_P(EveryScene, BuiltInPathsAreSmoothAndKeepTheirDistance) {
             EXPECT_GT(path[i].t_ns, path[i - 1].t_ns);
             const Se3 move = path[i - 1].T_world_camera.inverse() * T;
             step = std::max(step, norm(move.t));
-            turn = std::max(turn, std::acos(std::clamp((move.R(0, 0) + move.R(1, 1) + move.R(2, 2) - 1) / 2, -1.0, 1.0)));
+            turn = std::max(
+                turn, std::acos(std::clamp((move.R(0, 0) + move.R(1, 1) + move.R(2, 2) - 1) / 2, -1.0, 1.0)));
         }
         EXPECT_GT(clearance, 0.25) << name << " seed " << seed;
         EXPECT_LT(step, 0.08) << name << ", metres a frame";
@@ -534,7 +560,8 @@ TEST(FlownPaths, IclLivingRoomTracksKeepTheirDistance) {
             const auto path = synth_trajectory(options);
             ASSERT_TRUE(path.ok()) << path.status().text();
             double clearance = 1e9;
-            for (const StampedPose& pose : *path) clearance = std::min(clearance, scene->distance(pose.T_world_camera.t));
+            for (const StampedPose& pose : *path)
+                clearance = std::min(clearance, scene->distance(pose.T_world_camera.t));
             EXPECT_GT(clearance, 0.25) << "kt" << k << " seed " << seed;
         }
     }
@@ -552,7 +579,8 @@ TEST(FlownPaths, OwnPathsComeBackAsTheyWere) {
             const Se3 T = default_T_scene_trajectory(name, 3, moved);
             EXPECT_NEAR(T.R.determinant(), 1, 1e-9);
             for (std::size_t i = 0; i < path.size(); ++i)
-                EXPECT_LT(norm((T * moved[i].T_world_camera).t - path[i].T_world_camera.t), 1e-9) << name << " axis " << axis;
+                EXPECT_LT(norm((T * moved[i].T_world_camera).t - path[i].T_world_camera.t), 1e-9)
+                    << name << " axis " << axis;
         }
     }
 }

@@ -26,7 +26,9 @@ using synthetic::Shape;
 
 class Folder {
   public:
-    Folder() : path_(fs::temp_directory_path() / ("burin_synth_" + std::to_string(::getpid()) + "_" + std::to_string(++count_))) {
+    Folder()
+        : path_(fs::temp_directory_path() /
+                ("burin_synth_" + std::to_string(::getpid()) + "_" + std::to_string(++count_))) {
         fs::create_directories(path_);
     }
     ~Folder() {
@@ -48,11 +50,13 @@ std::string bytes_of(const fs::path& path) {
 std::map<std::string, std::string> tree(const std::string& root) {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(root))
-        if (entry.is_regular_file()) files[fs::relative(entry.path(), root).string()] = bytes_of(entry.path());
+        if (entry.is_regular_file())
+            files[fs::relative(entry.path(), root).string()] = bytes_of(entry.path());
     return files;
 }
 
-// A wall `distance` metres before a camera at the origin looking along +y, tilted by `angle` about the vertical.
+// A wall `distance` metres before a camera at the origin looking along +y, tilted by `angle` about the
+// vertical.
 std::unique_ptr<SyntheticScene> wall_at(double distance, double angle, bool post) {
     SceneBuilder b("wall", 1);
     const int grey = b.material(synthetic::Texture::plain, {0.5f, 0.5f, 0.5f}, {});
@@ -102,7 +106,8 @@ Spread spread_of(const SyntheticScene& scene, Jobs& jobs) {
 TEST(SensorNoise, AxialSigmaIsNguyens) {
     Jobs jobs(2);
     for (const double z : {0.6, 1.0, 2.0, 3.0, 4.0}) {
-        const Spread s = spread_of(*wall_at(z + 0.0137, 0, false), jobs);  // off the middle between two disparities
+        const Spread s =
+            spread_of(*wall_at(z + 0.0137, 0, false), jobs);  // off the middle between two disparities
         const double model = 0.0012 + 0.0019 * (z + 0.0137 - 0.4) * (z + 0.0137 - 0.4);
         EXPECT_NEAR(s.sigma / model, 1, 0.1) << "at " << z << " m";
         EXPECT_LT(std::fabs(s.mean), 0.25 * model) << "at " << z << " m";
@@ -112,7 +117,8 @@ TEST(SensorNoise, AxialSigmaIsNguyens) {
     EXPECT_GT(axial_sigma(1, 1.4), 2 * axial_sigma(1, 1.0));
 }
 
-// Lateral noise moves edges, it must not roughen slanted planes: at 45 degrees the sigma is still the axial one.
+// Lateral noise moves edges, it must not roughen slanted planes: at 45 degrees the sigma is still the axial
+// one.
 TEST(SensorNoise, SlantedPlanesKeepTheAxialSigma) {
     Jobs jobs(2);
     const Spread s = spread_of(*wall_at(1.5, synthetic::kPi / 4, false), jobs);
@@ -141,8 +147,8 @@ TEST(SensorNoise, MeasurementsAreWholeDisparitiesWithinTheRange) {
     EXPECT_LT(far.valid, 0.05);
 }
 
-// A post 1 m away before a wall 2 m away hides the wall from a projector 75 mm to the right: a shadow on its left,
-// f b (1/1 - 1/2) = 525 * 0.075 / 2 = 20 pixels wide, none on its right, and frayed edges.
+// A post 1 m away before a wall 2 m away hides the wall from a projector 75 mm to the right: a shadow on its
+// left, f b (1/1 - 1/2) = 525 * 0.075 / 2 = 20 pixels wide, none on its right, and frayed edges.
 TEST(SensorNoise, PostCastsTheProjectorsShadow) {
     Jobs jobs(2);
     const auto scene = wall_at(2, 0, true);
@@ -194,7 +200,8 @@ SynthOptions small(const std::string& scene, const std::string& dir) {
 }
 
 class EverySequence : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Scenes, EverySequence, testing::Values("room", "desk", "corridor", "relief", "figure"),
+INSTANTIATE_TEST_SUITE_P(Scenes, EverySequence,
+                         testing::Values("room", "desk", "corridor", "relief", "figure"),
                          [](const auto& name) { return std::string(name.param); });
 
 TEST_P(EverySequence, SameBytesForAnyNumberOfThreads) {
@@ -208,7 +215,8 @@ TEST_P(EverySequence, SameBytesForAnyNumberOfThreads) {
         const auto files = tree(dir);
         EXPECT_EQ(files.size(), 7u + 2 * 7);
         if (threads == 1) first = files;
-        for (const auto& [name, bytes] : files) EXPECT_TRUE(bytes == first[name]) << name << " with " << threads << " threads";
+        for (const auto& [name, bytes] : files)
+            EXPECT_TRUE(bytes == first[name]) << name << " with " << threads << " threads";
     }
     Jobs jobs(2);
     SynthOptions other = small(GetParam(), folder / "other");
@@ -249,7 +257,8 @@ TEST(Sequence, FilesAndMemoryAgree) {
         Jobs jobs(2);
         int calls = 0;
         std::unique_ptr<SyntheticScene> scene;
-        const Status status = synthesise(options, [&](int, int total) { return ++calls <= total; }, jobs, &scene);
+        const Status status = synthesise(
+            options, [&](int, int total) { return ++calls <= total; }, jobs, &scene);
         ASSERT_TRUE(status.ok()) << status.text();
         EXPECT_EQ(calls, 3);
         ASSERT_NE(scene, nullptr);
@@ -298,7 +307,9 @@ TEST(Sequence, ExactDepthFilesHoldTheTruth) {
         for (int x = 0; x < 120; ++x) {
             std::uint32_t bits = 0;
             for (std::size_t i = 0; i < 4; ++i)
-                bits |= static_cast<std::uint32_t>(static_cast<unsigned char>(pfm[head.size() + static_cast<std::size_t>((89 - y) * 120 + x) * 4 + i])) << (8 * i);
+                bits |= static_cast<std::uint32_t>(static_cast<unsigned char>(
+                            pfm[head.size() + static_cast<std::size_t>((89 - y) * 120 + x) * 4 + i]))
+                        << (8 * i);
             float z;
             std::memcpy(&z, &bits, 4);
             ASSERT_EQ(z, frame.depth_f32.view().at(x, y));
@@ -325,8 +336,12 @@ TEST(Sequence, BadOptionsAreOneLineAndLeaveNothing) {
         {"-3", [](SynthOptions& o, const Folder&) { o.frames = -3; }},
         {"image size", [](SynthOptions& o, const Folder&) { o.width = 0; }},
         {"nowhere.txt", [](SynthOptions& o, const Folder& f) { o.trajectory_file = f / "nowhere.txt"; }},
-        {"2 poses", [](SynthOptions& o, const Folder& f) { o.trajectory_file = f / "short.txt", o.frames = 3; }},
-        {"inside a solid", [](SynthOptions& o, const Folder& f) { o.trajectory_file = f / "short.txt", o.T_scene_trajectory = Se3{{}, {0, 0, -5}}; }},
+        {"2 poses",
+         [](SynthOptions& o, const Folder& f) { o.trajectory_file = f / "short.txt", o.frames = 3; }},
+        {"inside a solid",
+         [](SynthOptions& o, const Folder& f) {
+             o.trajectory_file = f / "short.txt", o.T_scene_trajectory = Se3{{}, {0, 0, -5}};
+         }},
         {"empty name", [](SynthOptions& o, const Folder&) { o.output_dir = ""; }},
         {"exists already", [](SynthOptions& o, const Folder& f) { o.output_dir = f / "full"; }},
         {"exists already", [](SynthOptions& o, const Folder& f) { o.output_dir = f / "file"; }},
@@ -344,7 +359,8 @@ TEST(Sequence, BadOptionsAreOneLineAndLeaveNothing) {
     }
     // Stopped half way: nothing stays. An empty folder is a fine place.
     fs::create_directories(folder / "out");
-    const Status stopped = synthesise(small("room", folder / "out"), [](int done, int) { return done < 1; }, jobs);
+    const Status stopped = synthesise(
+        small("room", folder / "out"), [](int done, int) { return done < 1; }, jobs);
     EXPECT_EQ(stopped.code(), Code::cancelled);
     EXPECT_TRUE(fs::is_empty(folder / "out"));
     EXPECT_FALSE(fs::exists(folder / "out.partial"));

@@ -31,7 +31,8 @@ SceneBuilder::SceneBuilder(const char* name, std::uint64_t seed) : random(seed, 
     data.seed = seed;
 }
 
-int SceneBuilder::material(Texture texture, Vec3f a, Vec3f b, double scale, double extent_u, double extent_v) {
+int SceneBuilder::material(Texture texture, Vec3f a, Vec3f b, double scale, double extent_u,
+                           double extent_v) {
     const auto seed = static_cast<std::uint32_t>(random.bits());
     data.materials.push_back({texture, a, b, scale, extent_u, extent_v, seed});
     return static_cast<int>(data.materials.size()) - 1;
@@ -110,13 +111,15 @@ Part& SceneBuilder::limb(Vec3d a, double ra, Vec3d b, double rb, int material_in
                rotation_z_to(axis * (1 / length)));
 }
 
-Part& SceneBuilder::lathe(Vec3d position, std::vector<ProfilePoint> profile, double thickness, int material_index) {
+Part& SceneBuilder::lathe(Vec3d position, std::vector<ProfilePoint> profile, double thickness,
+                          int material_index) {
     Part& part = add(Shape::lathe, position, {}, material_index, thickness);
     part.profile = std::move(profile);
     return part;
 }
 
-Part& SceneBuilder::plane(Vec3d position, Vec3d normal, Vec3d u, double half_u, double half_v, int material_index) {
+Part& SceneBuilder::plane(Vec3d position, Vec3d normal, Vec3d u, double half_u, double half_v,
+                          int material_index) {
     const Vec3d v = cross(normal, u);
     Mat3d R;
     for (int i = 0; i < 3; ++i) R(i, 0) = u[i], R(i, 1) = v[i], R(i, 2) = normal[i];

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Puts parts together into objects. An object has a frame in the scene (z up), a label and an instance number; its
-// parts are given in the object's frame.
-// The order of random draws lays out the scene: never two draws among the arguments of one call (C++ leaves their
-// order open, and compilers differ).
+// Puts parts together into objects. An object has a frame in the scene (z up), a label and an instance
+// number; its parts are given in the object's frame. The order of random draws lays out the scene: never two
+// draws among the arguments of one call (C++ leaves their order open, and compilers differ).
 #pragma once
 
 #include "datasets/synthetic/portable_math.h"
@@ -23,7 +22,8 @@ class SceneBuilder {
     SceneData data;
     Random random;
 
-    int material(Texture texture, Vec3f a, Vec3f b, double scale = 0.1, double extent_u = 0.5, double extent_v = 0.5);
+    int material(Texture texture, Vec3f a, Vec3f b, double scale = 0.1, double extent_u = 0.5,
+                 double extent_v = 0.5);
     Vec3f bright_colour();  // a random saturated colour of middling lightness
     Vec3f pale_colour();    // a random paint for walls
     // Two random bright colours.
@@ -36,13 +36,14 @@ class SceneBuilder {
     void object(Label label, Vec3d position = {}, double yaw = 0);
 
     // size and round as in shape.h; the returned reference lives until the next add.
-    Part& add(Shape shape, Vec3d position, Vec3d size, int material, double round = 0, const Mat3d& R_object_part = {});
+    Part& add(Shape shape, Vec3d position, Vec3d size, int material, double round = 0,
+              const Mat3d& R_object_part = {});
     Part& box(Vec3d low, Vec3d high, int material, double round = 0);  // by its corners
     // A capsule from a (radius ra) to b (radius rb).
     Part& limb(Vec3d a, double ra, Vec3d b, double rb, int material);
     Part& lathe(Vec3d position, std::vector<ProfilePoint> profile, double thickness, int material);
-    // The side of the plane that `normal` leaves is solid; u is a unit direction in the plane, and the visible piece
-    // reaches half_u, half_v from position.
+    // The side of the plane that `normal` leaves is solid; u is a unit direction in the plane, and the
+    // visible piece reaches half_u, half_v from position.
     Part& plane(Vec3d position, Vec3d normal, Vec3d u, double half_u, double half_v, int material);
 
     int new_blend(double k);  // parts added until end_blend melt together

@@ -17,8 +17,8 @@ using synthetic::to_unit;
 
 constexpr double kFramesPerSecond = 30;
 
-// Hand tremor: a few incommensurate sines a channel, strongest below 1 Hz and fading to 7 Hz (a hand holding 1 kg).
-// Unit amplitude per channel at the slowest.
+// Hand tremor: a few incommensurate sines a channel, strongest below 1 Hz and fading to 7 Hz (a hand holding
+// 1 kg). Unit amplitude per channel at the slowest.
 double tremor(double t, std::uint64_t seed, std::uint64_t channel) {
     constexpr double kHertz[] = {0.37, 0.83, 1.7, 3.1, 6.3};
     constexpr double kAmplitude[] = {1.0, 0.55, 0.22, 0.08, 0.03};
@@ -42,8 +42,8 @@ Se3 shaken(const View& view, double t, std::uint64_t seed, double metres, double
     return {T.R * R, T.t};
 }
 
-// Once around in 12 s on an ellipse inside the free volume, looking outwards over the near furniture: 30 degrees and
-// some 0.4 m a second.
+// Once around in 12 s on an ellipse inside the free volume, looking outwards over the near furniture: 30
+// degrees and some 0.4 m a second.
 View room_view(double t) {
     const double a = 2 * kPi * t / 12 - 1.2, nod = sine(2 * kPi * t / 7.3);
     const Vec3d eye{0.75 * cosine(a + kPi), 1.0 * sine(a + kPi), 1.4 + 0.12 * nod};
@@ -73,14 +73,17 @@ View figure_view(double s) {
 
 // Corridor: the middle line, a rectangle 18 x 10 m with rounded corners. Arc length to position and heading.
 constexpr double kLineX = 9, kLineY = 5, kTurn = 0.95;  // metres: half sides, corner radius
-constexpr double kWalk = 1.0;                            // metres a second
+constexpr double kWalk = 1.0;                           // metres a second
 double round_length() { return 4 * (kLineX + kLineY - 2 * kTurn) + 2 * kPi * kTurn; }
 
 void corridor_line(double s, Vec3d* position, Vec3d* heading) {
-    const double straight[4] = {2 * (kLineX - kTurn), 2 * (kLineY - kTurn), 2 * (kLineX - kTurn), 2 * (kLineY - kTurn)};
+    const double straight[4] = {2 * (kLineX - kTurn), 2 * (kLineY - kTurn), 2 * (kLineX - kTurn),
+                                2 * (kLineY - kTurn)};
     const Vec3d along[4] = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
-    const Vec3d start[4] = {{-kLineX + kTurn, -kLineY, 0}, {kLineX, -kLineY + kTurn, 0},
-                            {kLineX - kTurn, kLineY, 0}, {-kLineX, kLineY - kTurn, 0}};
+    const Vec3d start[4] = {{-kLineX + kTurn, -kLineY, 0},
+                            {kLineX, -kLineY + kTurn, 0},
+                            {kLineX - kTurn, kLineY, 0},
+                            {-kLineX, kLineY - kTurn, 0}};
     s -= std::floor(s / round_length()) * round_length();
     for (int side = 0; side < 4; ++side) {
         const Vec3d left{-along[side].y, along[side].x, 0};
@@ -104,9 +107,9 @@ void corridor_line(double s, Vec3d* position, Vec3d* heading) {
 View corridor_view(double t) {
     Vec3d eye, heading, ahead, unused;
     corridor_line(kWalk * t, &eye, &heading);
-    corridor_line(kWalk * t + 0.9, &ahead, &unused);  // people look into a turn before they walk it
+    corridor_line(kWalk * t + 0.9, &ahead, &unused);      // people look into a turn before they walk it
     const double glance = 0.5 * sine(2 * kPi * t / 6.7);  // from wall to wall
-    eye.z = 1.45 + 0.02 * sine(2 * kPi * 1.8 * t);     // steps
+    eye.z = 1.45 + 0.02 * sine(2 * kPi * 1.8 * t);        // steps
     const Vec3d look = normalised(ahead - Vec3d{eye.x, eye.y, 0});
     const Vec3d side{-look.y, look.x, 0};
     return {eye, eye + look * cosine(glance) + side * sine(glance) + Vec3d{0, 0, -0.16}};
@@ -135,11 +138,16 @@ Trajectory builtin_path(const std::string& scene, std::uint64_t seed, int frames
     for (int i = 0; i < frames; ++i) {
         const double t = i / kFramesPerSecond, s = static_cast<double>(i) / frames;
         Se3 T;
-        if (scene == "room") T = shaken(room_view(t), t, key, 0.012, 0.012);
-        else if (scene == "corridor") T = shaken(corridor_view(t), t, key, 0.02, 0.012);
-        else if (scene == "desk") T = shaken(desk_view(s), t, key, 0.008, 0.008);
-        else if (scene == "relief") T = shaken(relief_view(s), t, key, 0.004, 0.006);
-        else T = shaken(figure_view(s), t, key, 0.008, 0.006);
+        if (scene == "room")
+            T = shaken(room_view(t), t, key, 0.012, 0.012);
+        else if (scene == "corridor")
+            T = shaken(corridor_view(t), t, key, 0.02, 0.012);
+        else if (scene == "desk")
+            T = shaken(desk_view(s), t, key, 0.008, 0.008);
+        else if (scene == "relief")
+            T = shaken(relief_view(s), t, key, 0.004, 0.006);
+        else
+            T = shaken(figure_view(s), t, key, 0.008, 0.006);
         path.push_back({static_cast<std::int64_t>(i) * 1'000'000'000 / 30, T});
     }
     return path;
@@ -165,7 +173,8 @@ Se3 default_T_scene_trajectory(const std::string& scene, std::uint64_t seed, con
     const Se3 first = Se3{up, {}} * trajectory.front().T_world_camera;
     const Vec3d from = first.R.column(2), to = goal.R.column(2);
     // The turn about z that maps heading `from` to heading `to`, without trigonometry.
-    const double c = from.x * to.x + from.y * to.y, s = from.x * to.y - from.y * to.x, n = std::sqrt(c * c + s * s);
+    const double c = from.x * to.x + from.y * to.y, s = from.x * to.y - from.y * to.x,
+                 n = std::sqrt(c * c + s * s);
     Mat3d yaw;
     if (n > 1e-9) yaw = {{c / n, -s / n, 0, s / n, c / n, 0, 0, 0, 1}};
     const Mat3d R = yaw * up;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Neighbouring parts overlap by a few millimetres, so that no two faces coincide. Nothing is thinner than about
-// 20 mm where it stands in a room, so that a truth mesh of 10 mm cells keeps it.
+// Neighbouring parts overlap by a few millimetres, so that no two faces coincide. Nothing is thinner than
+// about 20 mm where it stands in a room, so that a truth mesh of 10 mm cells keeps it.
 #include "datasets/synthetic/furniture.h"
 
 #include <algorithm>
@@ -81,7 +81,8 @@ void add_shelf(SceneBuilder& b, Vec3d position, double yaw, Vec3d size) {
     const int wood = b.random_wood();
     const double w = 0.5 * size.x, d = 0.5 * size.y, h = size.z;
     const int boards = std::max(2, static_cast<int>(h / 0.37));
-    for (double s : {-1.0, 1.0}) b.box({s * (w - 0.015) - 0.015, -d, -kSink}, {s * (w - 0.015) + 0.015, d, h}, wood);
+    for (double s : {-1.0, 1.0})
+        b.box({s * (w - 0.015) - 0.015, -d, -kSink}, {s * (w - 0.015) + 0.015, d, h}, wood);
     b.box({-w + 0.005, -d, 0}, {w - 0.005, -d + 0.02, h - 0.005}, wood);
     for (int i = 0; i <= boards; ++i) {
         const double z = 0.06 + (h - 0.08) * i / boards;
@@ -90,7 +91,8 @@ void add_shelf(SceneBuilder& b, Vec3d position, double yaw, Vec3d size) {
     for (int i = 0; i < boards; ++i) {
         const double z = 0.06 + (h - 0.08) * i / boards + 0.006, gap = (h - 0.08) / boards - 0.05;
         if (b.random.below(3) == 0) {
-            add_vase(b, position + rotation_about(2, yaw) * Vec3d{b.random.in(-0.5, 0.5) * w, 0.02, z}, std::min(0.25, 0.85 * gap));
+            add_vase(b, position + rotation_about(2, yaw) * Vec3d{b.random.in(-0.5, 0.5) * w, 0.02, z},
+                     std::min(0.25, 0.85 * gap));
             continue;
         }
         double x = -w + 0.05;
@@ -110,13 +112,15 @@ void add_shelf(SceneBuilder& b, Vec3d position, double yaw, Vec3d size) {
 
 void add_sideboard(SceneBuilder& b, Vec3d position, double yaw, Vec3d size) {
     b.object(kNone, position, yaw);
-    const int wood = b.random_wood(), front = b.random_wood(), metal = b.material(Texture::plain, {0.5f, 0.5f, 0.5f}, {});
+    const int wood = b.random_wood(), front = b.random_wood(),
+              metal = b.material(Texture::plain, {0.5f, 0.5f, 0.5f}, {});
     const double w = 0.5 * size.x, d = 0.5 * size.y, h = size.z;
     b.box({-w, -d, h - 0.03}, {w, d, h}, wood);
     b.box({-w + 0.02, -d + 0.01, 0.06}, {w - 0.02, d - 0.03, h - 0.02}, wood);
     b.box({-w + 0.06, -d + 0.05, -kSink}, {w - 0.06, d - 0.08, 0.08}, wood);
     for (int i = 0; i < 3; ++i) {
-        const double left = -w + 0.04 + (size.x - 0.08) * i / 3, right = -w + 0.04 + (size.x - 0.08) * (i + 1) / 3;
+        const double left = -w + 0.04 + (size.x - 0.08) * i / 3,
+                     right = -w + 0.04 + (size.x - 0.08) * (i + 1) / 3;
         b.box({left + 0.01, d - 0.05, 0.09}, {right - 0.01, d - 0.01, h - 0.05}, front, 0.004);
         b.add(Shape::sphere, {0.5 * (left + right), d + 0.003, 0.6 * h}, {0.016, 0, 0}, metal);
     }
@@ -144,7 +148,8 @@ void add_floor_lamp(SceneBuilder& b, Vec3d position, double height) {
 
 void add_plant(SceneBuilder& b, Vec3d position, double height) {
     b.object(kNone, position);
-    const int clay = b.random_glaze(), soil = b.material(Texture::mottled, {0.06f, 0.04f, 0.03f}, {0.12f, 0.08f, 0.05f}, 0.02);
+    const int clay = b.random_glaze(),
+              soil = b.material(Texture::mottled, {0.06f, 0.04f, 0.03f}, {0.12f, 0.08f, 0.05f}, 0.02);
     const int leaf = b.material(Texture::mottled, {0.05f, 0.16f, 0.04f}, {0.2f, 0.35f, 0.08f}, 0.06);
     const double pot = 0.3 * height;
     b.lathe({0, 0, 0}, {{0.001, 0.012}, {0.3 * pot + 0.02, 0.012}, {0.42 * pot + 0.03, pot}}, 0.014, clay);
@@ -152,7 +157,8 @@ void add_plant(SceneBuilder& b, Vec3d position, double height) {
     const int stems = 7 + b.random.below(4);
     for (int i = 0; i < stems; ++i) {
         const double a = 2 * kPi * (i + b.random.in(0, 0.6)) / stems, lean = b.random.in(0.15, 0.55);
-        const Vec3d tip{cosine(a) * lean * 0.4 * height, sine(a) * lean * 0.4 * height, pot + (1 - 0.5 * lean) * 0.62 * height};
+        const Vec3d tip{cosine(a) * lean * 0.4 * height, sine(a) * lean * 0.4 * height,
+                        pot + (1 - 0.5 * lean) * 0.62 * height};
         b.limb({0.02 * cosine(a), 0.02 * sine(a), 0.7 * pot}, 0.011, tip, 0.009, leaf);
         const Vec3d along = normalised(tip - Vec3d{0, 0, 0.6 * pot});
         b.add(Shape::ellipsoid, tip + along * (0.05 * height), {0.05 * height, 0.018, 0.11 * height}, leaf, 0,
@@ -162,7 +168,8 @@ void add_plant(SceneBuilder& b, Vec3d position, double height) {
 
 void add_bin(SceneBuilder& b, Vec3d position, double radius, double height) {
     b.object(kNone, position, b.random.in(0, 2 * kPi));
-    b.lathe({0, 0, 0}, {{0.001, 0.012}, {0.8 * radius, 0.012}, {radius - 0.013, height - 0.013}}, 0.013, b.random_glaze());
+    b.lathe({0, 0, 0}, {{0.001, 0.012}, {0.8 * radius, 0.012}, {radius - 0.013, height - 0.013}}, 0.013,
+            b.random_glaze());
 }
 
 void add_vase(SceneBuilder& b, Vec3d position, double height) {
@@ -185,7 +192,8 @@ void add_bowl(SceneBuilder& b, Vec3d position, double radius, double wall, bool 
     std::vector<ProfilePoint> profile{{0.001, wall - kSink}};
     for (int i = 0; i <= 10; ++i) {
         const double a = 0.5 * kPi * i / 10;
-        profile.push_back({0.3 * radius + (0.7 * radius - wall) * sine(a), wall - kSink + 0.5 * radius * (1 - cosine(a))});
+        profile.push_back(
+            {0.3 * radius + (0.7 * radius - wall) * sine(a), wall - kSink + 0.5 * radius * (1 - cosine(a))});
     }
     b.lathe({}, std::move(profile), wall, b.random_glaze());
     if (!fruit) return;
@@ -194,7 +202,8 @@ void add_bowl(SceneBuilder& b, Vec3d position, double radius, double wall, bool 
         b.object(kNone, position);
         const double a = 2 * kPi * i / 3 + b.random.in(0, 0.4), out = i == 3 ? 0 : 0.42 * radius;
         const int skin = b.two_tone(Texture::mottled, 0.05);
-        b.add(Shape::sphere, {out * cosine(a), out * sine(a), 2 * wall + r + (i == 3 ? 1.1 * r : 0)}, {r, 0, 0}, skin);
+        b.add(Shape::sphere, {out * cosine(a), out * sine(a), 2 * wall + r + (i == 3 ? 1.1 * r : 0)},
+              {r, 0, 0}, skin);
     }
 }
 
@@ -204,13 +213,15 @@ void add_mug(SceneBuilder& b, Vec3d position, double yaw, double wall) {
     const double r = b.random.in(0.038, 0.046), h = b.random.in(0.085, 0.11);
     b.lathe({}, {{0.001, wall}, {r - wall, wall}, {r - wall, h - wall}}, wall, glaze);
     // Half a ring, the other half inside the wall.
-    b.add(Shape::torus, {0.98 * r, 0, 0.5 * h}, {0.3 * h, 1.3 * wall, 0}, glaze, 0, rotation_about(0, 0.5 * kPi));
+    b.add(Shape::torus, {0.98 * r, 0, 0.5 * h}, {0.3 * h, 1.3 * wall, 0}, glaze, 0,
+          rotation_about(0, 0.5 * kPi));
 }
 
 void add_books(SceneBuilder& b, Vec3d position, double yaw, int count) {
     double z = position.z;
     for (int i = 0; i < count; ++i) {
-        const double thick = b.random.in(0.022, 0.045), w = b.random.in(0.08, 0.11), d = b.random.in(0.11, 0.15);
+        const double thick = b.random.in(0.022, 0.045), w = b.random.in(0.08, 0.11),
+                     d = b.random.in(0.11, 0.15);
         const double turn = b.random.in(-0.3, 0.3);
         b.object(kNone, {position.x + b.random.in(-0.01, 0.01), position.y, z}, yaw + turn);
         const int cover = b.two_tone(Texture::picture, 0.1, w, d);
@@ -227,17 +238,21 @@ void add_ball(SceneBuilder& b, Vec3d position, double radius) {
     b.object(kNone, position, b.random.in(0, 2 * kPi));
     const Texture kind = b.random.below(2) ? Texture::checker : Texture::stripes;
     const int skin = b.material(kind, b.bright_colour(), {0.8f, 0.8f, 0.75f}, 0.6 * radius);
-    b.add(Shape::sphere, {0, 0, radius - 0.002}, {radius, 0, 0}, skin, 0, rotation_about(0, b.random.in(0, 1.5)));
+    b.add(Shape::sphere, {0, 0, radius - 0.002}, {radius, 0, 0}, skin, 0,
+          rotation_about(0, b.random.in(0, 1.5)));
 }
 
 void add_carton(SceneBuilder& b, Vec3d position, double yaw, Vec3d size) {
     b.object(kNone, position, yaw);
     const bool print = b.random.below(2);
-    const int side = print ? b.two_tone(Texture::picture, 0.1, 0.5 * size.x, 0.5 * size.z)
-                           : b.material(Texture::mottled, linear_colour(190, 150, 105), linear_colour(170, 130, 85), 0.08);
+    const int side =
+        print ? b.two_tone(Texture::picture, 0.1, 0.5 * size.x, 0.5 * size.z)
+              : b.material(Texture::mottled, linear_colour(190, 150, 105), linear_colour(170, 130, 85), 0.08);
     const int tape = b.material(Texture::plain, linear_colour(215, 190, 140), {});
     b.box({-0.5 * size.x, -0.5 * size.y, -0.002}, {0.5 * size.x, 0.5 * size.y, size.z}, side);
-    if (!print) b.box({-0.025, -0.5 * size.y - 0.001, 0.7 * size.z}, {0.025, 0.5 * size.y + 0.001, size.z + 0.001}, tape);
+    if (!print)
+        b.box({-0.025, -0.5 * size.y - 0.001, 0.7 * size.z}, {0.025, 0.5 * size.y + 0.001, size.z + 0.001},
+              tape);
 }
 
 void add_picture(SceneBuilder& b, Vec3d position, double yaw, double width, double height) {
@@ -260,7 +275,8 @@ void add_clock(SceneBuilder& b, Vec3d position, double yaw, double radius) {
     b.add(Shape::torus, {0, 0.02, 0}, {radius, 0.018, 0}, b.random_glaze(), 0, face);
     for (double length : {0.55, 0.8}) {
         const double a = b.random.in(0, 2 * kPi);
-        b.limb({0, 0.028, 0}, 0.008, {length * radius * sine(a), 0.028, length * radius * cosine(a)}, 0.006, black);
+        b.limb({0, 0.028, 0}, 0.008, {length * radius * sine(a), 0.028, length * radius * cosine(a)}, 0.006,
+               black);
     }
 }
 
@@ -273,7 +289,8 @@ void add_door(SceneBuilder& b, Vec3d position, double yaw, double width, double 
         b.box({-w + 0.14, 0, z - 0.2 * height}, {w - 0.14, 0.032, z + 0.2 * height}, leaf, 0.006);
     b.object(kNone, position, yaw);
     const int frame = b.material(Texture::plain, {0.7f, 0.69f, 0.65f}, {});
-    for (double s : {-1.0, 1.0}) b.box({s * (w + 0.035) - 0.04, -0.01, -kSink}, {s * (w + 0.035) + 0.04, 0.05, height + 0.07}, frame);
+    for (double s : {-1.0, 1.0})
+        b.box({s * (w + 0.035) - 0.04, -0.01, -kSink}, {s * (w + 0.035) + 0.04, 0.05, height + 0.07}, frame);
     b.box({-w, -0.01, height - 0.005}, {w, 0.049, height + 0.07}, frame);
     b.limb({w - 0.07, 0.01, 1.0}, 0.012, {w - 0.07, 0.075, 1.0}, 0.012, metal);
     b.limb({w - 0.07, 0.075, 1.0}, 0.012, {w - 0.19, 0.075, 1.0}, 0.011, metal);
@@ -282,7 +299,8 @@ void add_door(SceneBuilder& b, Vec3d position, double yaw, double width, double 
 void add_window(SceneBuilder& b, Vec3d position, double yaw, double width, double height) {
     b.object(kWindow, position, yaw);
     const double w = 0.5 * width, h = 0.5 * height;
-    const int view = b.material(Texture::skyline, linear_colour(110, 160, 220), {0.1f, 0.2f, 0.07f}, 0.1, w, h);
+    const int view =
+        b.material(Texture::skyline, linear_colour(110, 160, 220), {0.1f, 0.2f, 0.07f}, 0.1, w, h);
     b.box({-w, -0.01, -h}, {w, 0.012, h}, view);
     b.object(kNone, position, yaw);
     const int frame = b.material(Texture::plain, {0.75f, 0.75f, 0.72f}, {});

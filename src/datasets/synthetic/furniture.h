@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Pieces of furniture and small things. Each call makes one object standing at `position` (its lowest point's height is
-// position.z), turned by `yaw`; its front looks along +y of its own frame. Sizes in metres.
+// Pieces of furniture and small things. Each call makes one object standing at `position` (its lowest point's
+// height is position.z), turned by `yaw`; its front looks along +y of its own frame. Sizes in metres.
 #pragma once
 
 #include "datasets/synthetic/builder.h"
@@ -29,7 +29,9 @@ void add_carton(SceneBuilder& b, Vec3d position, double yaw, Vec3d size);
 // On a wall: `position` lies on the wall, the yaw turns +y to the wall's inward normal.
 void add_picture(SceneBuilder& b, Vec3d position, double yaw, double width, double height);
 void add_clock(SceneBuilder& b, Vec3d position, double yaw, double radius);
-void add_door(SceneBuilder& b, Vec3d position, double yaw, double width, double height);   // position: foot, middle
-void add_window(SceneBuilder& b, Vec3d position, double yaw, double width, double height);  // position: its middle
+void add_door(SceneBuilder& b, Vec3d position, double yaw, double width,
+              double height);  // position: foot, middle
+void add_window(SceneBuilder& b, Vec3d position, double yaw, double width,
+                double height);  // position: its middle
 
 }  // namespace burin::synthetic

@@ -29,18 +29,19 @@ enum class Texture : std::uint8_t {
 
 struct Material {
     Texture texture = Texture::plain;
-    Vec3f a, b;  // linear reflectance
-    double scale = 0.1;                       // metres
-    double extent_u = 0.5, extent_v = 0.5;    // metres, half
+    Vec3f a, b;                             // linear reflectance
+    double scale = 0.1;                     // metres
+    double extent_u = 0.5, extent_v = 0.5;  // metres, half
     std::uint32_t seed = 0;
 };
 
 // sRGB 0..255 to linear 0..1.
 Vec3f linear_colour(int r, int g, int b);
 
-// Albedo of a surface point. p: part coordinates; n: outward normal in part coordinates (selects the texture plane of
-// the flat textures: the two coordinates other than the normal's largest). footprint: the width of a pixel on the
-// surface, metres; detail finer than it fades to its mean, so that distant textures do not alias. 0 gives all detail.
+// Albedo of a surface point. p: part coordinates; n: outward normal in part coordinates (selects the texture
+// plane of the flat textures: the two coordinates other than the normal's largest). footprint: the width of a
+// pixel on the surface, metres; detail finer than it fades to its mean, so that distant textures do not
+// alias. 0 gives all detail.
 Vec3f albedo_of(const Material& material, Vec3d p, Vec3d n, double footprint);
 
 }  // namespace burin::synthetic

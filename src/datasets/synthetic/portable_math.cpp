@@ -27,17 +27,22 @@ double quarter_wave(double x, int shift) {
     const double turns = std::floor(x * (2 / kPi) + 0.5);
     const double y = (x - turns * kHalfPiHigh) - turns * kHalfPiLow;
     switch ((static_cast<long long>(turns) + shift) & 3) {
-        case 0: return sine_core(y);
-        case 1: return cosine_core(y);
-        case 2: return -sine_core(y);
-        default: return -cosine_core(y);
+        case 0:
+            return sine_core(y);
+        case 1:
+            return cosine_core(y);
+        case 2:
+            return -sine_core(y);
+        default:
+            return -cosine_core(y);
     }
 }
 
 constexpr double kLn2 = 0.69314718055994530942;
 
 std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::int32_t z, std::uint32_t seed) {
-    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^
+    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8DA6B343u ^
+                      static_cast<std::uint32_t>(y) * 0xD8163841u ^
                       static_cast<std::uint32_t>(z) * 0xCB1AB31Fu ^ seed;
     h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
     h = (h ^ (h >> 12)) * 0x297A2D39u;
@@ -79,11 +84,13 @@ NormalPair normal_pair(std::uint64_t bits) {
 
 double value_noise(Vec3d p, std::uint32_t seed) {
     const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
-    const auto x = static_cast<std::int32_t>(fx), y = static_cast<std::int32_t>(fy), z = static_cast<std::int32_t>(fz);
+    const auto x = static_cast<std::int32_t>(fx), y = static_cast<std::int32_t>(fy),
+               z = static_cast<std::int32_t>(fz);
     double a = p.x - fx, b = p.y - fy, c = p.z - fz;
     a = a * a * (3 - 2 * a), b = b * b * (3 - 2 * b), c = c * c * (3 - 2 * c);
     double v[8];
-    for (int i = 0; i < 8; ++i) v[i] = lattice_hash(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2), seed) * 0x1p-32;
+    for (int i = 0; i < 8; ++i)
+        v[i] = lattice_hash(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2), seed) * 0x1p-32;
     const double low = (v[0] + a * (v[1] - v[0])) * (1 - b) + (v[2] + a * (v[3] - v[2])) * b;
     const double high = (v[4] + a * (v[5] - v[4])) * (1 - b) + (v[6] + a * (v[7] - v[6])) * b;
     return low + c * (high - low);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Elementary functions and pseudo-random numbers from + - * / and bit operations alone. The C library's sin, exp and
-// log differ in the last bit between machines (even between CPUs, where a variant with fused multiply-adds is picked
-// at run time); rendered sequences must be the same bits everywhere, so nothing in this room calls them.
+// Elementary functions and pseudo-random numbers from + - * / and bit operations alone. The C library's sin,
+// exp and log differ in the last bit between machines (even between CPUs, where a variant with fused
+// multiply-adds is picked at run time); rendered sequences must be the same bits everywhere, so nothing in
+// this room calls them.
 #pragma once
 
 #include <cmath>
@@ -29,7 +30,8 @@ inline std::uint64_t mix_bits(std::uint64_t z) {
     return z ^ (z >> 31);
 }
 // A counter-based generator: the number depends on its coordinates only, never on who asked first.
-inline std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t a, std::uint64_t b = 0, std::uint64_t c = 0) {
+inline std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t a, std::uint64_t b = 0,
+                               std::uint64_t c = 0) {
     return mix_bits(mix_bits(mix_bits(mix_bits(seed) + a) + b) + c);
 }
 // In [0, 1), 53 bits.

@@ -14,8 +14,12 @@ ReliefSurface::ReliefSurface(int columns, int rows, double spacing, std::vector<
         for (int i = 0; i < columns; ++i) {
             const double h = control_[static_cast<std::size_t>(j) * columns + i];
             height_max_ = std::max(height_max_, h);
-            if (i > 0) steep_x = std::max(steep_x, std::fabs(h - control_[static_cast<std::size_t>(j) * columns + i - 1]));
-            if (j > 0) steep_y = std::max(steep_y, std::fabs(h - control_[static_cast<std::size_t>(j - 1) * columns + i]));
+            if (i > 0)
+                steep_x =
+                    std::max(steep_x, std::fabs(h - control_[static_cast<std::size_t>(j) * columns + i - 1]));
+            if (j > 0)
+                steep_y =
+                    std::max(steep_y, std::fabs(h - control_[static_cast<std::size_t>(j - 1) * columns + i]));
         }
     steep_x /= spacing, steep_y /= spacing;
     scale_ = 1 / std::sqrt(1 + steep_x * steep_x + steep_y * steep_y);
@@ -43,7 +47,8 @@ double ReliefSurface::height(double x, double y, double* slope_x, double* slope_
     const int i0 = static_cast<int>(fu) - 1, j0 = static_cast<int>(fv) - 1;
     double h = 0, hx = 0, hy = 0;
     for (int j = 0; j < 4; ++j) {
-        const float* row = control_.data() + static_cast<std::size_t>(std::clamp(j0 + j, 0, rows_ - 1)) * columns_;
+        const float* row =
+            control_.data() + static_cast<std::size_t>(std::clamp(j0 + j, 0, rows_ - 1)) * columns_;
         double sum = 0, slope = 0;
         for (int i = 0; i < 4; ++i) {
             const double c = row[std::clamp(i0 + i, 0, columns_ - 1)];

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A carved height field: the uniform cubic B-spline surface over a grid of control heights. Defining the surface by
-// its control grid makes it exact, twice continuously differentiable, cheap to evaluate, and gives a proven bound on
-// its slope (a B-spline's derivative is a convex combination of control differences over the spacing).
+// A carved height field: the uniform cubic B-spline surface over a grid of control heights. Defining the
+// surface by its control grid makes it exact, twice continuously differentiable, cheap to evaluate, and gives
+// a proven bound on its slope (a B-spline's derivative is a convex combination of control differences over
+// the spacing).
 #pragma once
 
 #include <vector>
@@ -10,8 +11,8 @@ namespace burin::synthetic {
 
 class ReliefSurface {
   public:
-    // columns x rows control heights (metres), row by row, `spacing` metres apart; control point (i, j) sits at
-    // x = (i - (columns - 1) / 2) * spacing, y likewise. At least 4 x 4.
+    // columns x rows control heights (metres), row by row, `spacing` metres apart; control point (i, j) sits
+    // at x = (i - (columns - 1) / 2) * spacing, y likewise. At least 4 x 4.
     ReliefSurface(int columns, int rows, double spacing, std::vector<float> control);
 
     // Height (metres) over (x, y) and its slopes; beyond the grid the border row is continued.

@@ -22,20 +22,22 @@ struct TruthImages {
     Image<std::int8_t> face;        // planar face of the part (face_of in shape.h), -1 on curved surface
 };
 
-// Renders into *out, resizing its images where needed. depth_only leaves normal, albedo, radiance, label and instance
-// empty. Rows are independent: the result is the same for any number of threads. The camera's distortion is honoured.
-// Error (invalid_argument): an impossible camera, or a camera position inside a solid; the text gives position and
-// depth.
-Status render_truth(const SyntheticScene& scene, const Camera& camera, const Se3& T_scene_camera, bool depth_only,
-                    Jobs& jobs, TruthImages* out);
+// Renders into *out, resizing its images where needed. depth_only leaves normal, albedo, radiance, label and
+// instance empty. Rows are independent: the result is the same for any number of threads. The camera's
+// distortion is honoured. Error (invalid_argument): an impossible camera, or a camera position inside a
+// solid; the text gives position and depth.
+Status render_truth(const SyntheticScene& scene, const Camera& camera, const Se3& T_scene_camera,
+                    bool depth_only, Jobs& jobs, TruthImages* out);
 
-// sRGB, 8 bits, of linear values (IEC 61966-2-1); `dither` in [0, 1) is added before rounding down, 0.5 rounds.
+// sRGB, 8 bits, of linear values (IEC 61966-2-1); `dither` in [0, 1) is added before rounding down, 0.5
+// rounds.
 std::uint8_t encode_srgb(double linear, double dither = 0.5);
 Image<std::uint8_t> encode_srgb(View<const float> linear);
 
-// Which of the points lie in some frame's view with nothing before them: the ray from the camera to the point is free
-// up to `tolerance` metres before it, and its depth lies in [min_depth, max_depth]. (*seen)[i] becomes 1, entries that
-// are 1 already stay so and cost nothing; its size must be that of points. Exact: by tracing, not by a depth image.
+// Which of the points lie in some frame's view with nothing before them: the ray from the camera to the point
+// is free up to `tolerance` metres before it, and its depth lies in [min_depth, max_depth]. (*seen)[i]
+// becomes 1, entries that are 1 already stay so and cost nothing; its size must be that of points. Exact: by
+// tracing, not by a depth image.
 void mark_seen(const SyntheticScene& scene, const Camera& camera, const Se3& T_scene_camera, double min_depth,
                double max_depth, double tolerance, const std::vector<Vec3d>& points, Jobs& jobs,
                std::vector<std::uint8_t>* seen);

@@ -29,11 +29,17 @@ double distance_to(const Part& part, Vec3d p) { return synthetic::part_distance(
 
 Result<std::unique_ptr<SyntheticScene>> SyntheticScene::create(synthetic::SceneData data) {
     if (data.parts.empty() || data.parts.size() > 65535)
-        return Status::error(Code::invalid_argument, "scene %s: %zu parts, expected 1 to 65535", data.name.c_str(),
-                             data.parts.size());
+        return Status::error(Code::invalid_argument, "scene %s: %zu parts, expected 1 to 65535",
+                             data.name.c_str(), data.parts.size());
     // Parts of one blend must stand together in every list.
     std::stable_sort(data.parts.begin(), data.parts.end(),
                      [](const Part& a, const Part& b) { return a.blend < b.blend; });
+    // The grid reaches past the truth mesh: beyond it every distance looks at every part.
+    constexpr double kMargin = 0.05;
+    for (int axis = 0; axis < 3; ++axis) {
+        data.bounds.low[axis] = std::min(data.bounds.low[axis], data.mesh_bounds.low[axis] - kMargin);
+        data.bounds.high[axis] = std::max(data.bounds.high[axis], data.mesh_bounds.high[axis] + kMargin);
+    }
     std::unique_ptr<SyntheticScene> scene(new SyntheticScene(std::move(data)));
     scene->build_grid();
     return scene;
@@ -42,23 +48,26 @@ Result<std::unique_ptr<SyntheticScene>> SyntheticScene::create(synthetic::SceneD
 void SyntheticScene::build_grid() {
     const auto& parts = data_.parts;
     const Vec3d extent = data_.bounds.high - data_.bounds.low;
-    for (int axis = 0; axis < 3; ++axis) size_[axis] = std::max(1, static_cast<int>(std::ceil(extent[axis] / data_.cell)));
+    for (int axis = 0; axis < 3; ++axis)
+        size_[axis] = std::max(1, static_cast<int>(std::ceil(extent[axis] / data_.cell)));
     const double radius = 0.5 * std::sqrt(3.0) * data_.cell;
     all_.resize(parts.size());
     std::iota(all_.begin(), all_.end(), std::uint16_t(0));
     for (std::uint16_t i : all_)
         if (parts[i].shape == Shape::half_space) half_spaces_.push_back(i);
 
-    // The parts that can decide the distance somewhere in a ball: all part distances change by at most its radius.
-    // A blend's value lies at most k below its nearest part, and a part changes it only while within k of the
-    // value so far: 3 k above the nearest is out of reach also where the blend's surface touches another solid.
+    // The parts that can decide the distance somewhere in a ball: all part distances change by at most its
+    // radius. A blend's value lies at most k below its nearest part, and a part changes it only while within
+    // k of the value so far: 3 k above the nearest is out of reach also where the blend's surface touches
+    // another solid.
     std::vector<double> d(parts.size());
     const auto select = [&](const Items& from, Vec3d centre, double r, Items* out) {
         double best = kInfinity;
         for (std::uint16_t i : from) best = std::min(best, d[i] = distance_to(parts[i], centre));
         double limit = best + 2 * r;
         for (std::uint16_t i : from) {
-            const double slack = parts[i].blend >= 0 ? 3 * data_.blends[static_cast<std::size_t>(parts[i].blend)].k : 0;
+            const double slack =
+                parts[i].blend >= 0 ? 3 * data_.blends[static_cast<std::size_t>(parts[i].blend)].k : 0;
             if (d[i] <= limit + slack) out->push_back(i);
         }
     };
@@ -71,14 +80,17 @@ void SyntheticScene::build_grid() {
         for (int by = 0; by < size_[1]; by += kBlock)
             for (int bx = 0; bx < size_[0]; bx += kBlock) {
                 const Vec3d block_centre =
-                    data_.bounds.low + Vec3d{bx + 0.5 * kBlock, by + 0.5 * kBlock, bz + 0.5 * kBlock} * data_.cell;
+                    data_.bounds.low +
+                    Vec3d{bx + 0.5 * kBlock, by + 0.5 * kBlock, bz + 0.5 * kBlock} * data_.cell;
                 in_block.clear();
                 select(all_, block_centre, kBlock * radius, &in_block);
                 for (int z = bz; z < std::min(bz + kBlock, size_[2]); ++z)
                     for (int y = by; y < std::min(by + kBlock, size_[1]); ++y)
                         for (int x = bx; x < std::min(bx + kBlock, size_[0]); ++x) {
-                            const std::size_t cell = (static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x;
-                            const Vec3d centre = data_.bounds.low + Vec3d{x + 0.5, y + 0.5, z + 0.5} * data_.cell;
+                            const std::size_t cell =
+                                (static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x;
+                            const Vec3d centre =
+                                data_.bounds.low + Vec3d{x + 0.5, y + 0.5, z + 0.5} * data_.cell;
                             select(in_block, centre, radius, &near_of[cell]);
                             const Items& near = near_of[cell];
                             for (std::size_t i = 0; i < near.size();) {
@@ -87,8 +99,10 @@ void SyntheticScene::build_grid() {
                                 while (blend >= 0 && j < near.size() && parts[near[j]].blend == blend) ++j;
                                 const double value = fold({near.data() + i, near.data() + j}, centre);
                                 // A margin of a nanometre covers rounding at cell borders.
-                                if (parts[near[i]].shape != Shape::half_space && std::fabs(value) <= radius + 1e-9)
-                                    crossing_of[cell].insert(crossing_of[cell].end(), near.begin() + static_cast<std::ptrdiff_t>(i),
+                                if (parts[near[i]].shape != Shape::half_space &&
+                                    std::fabs(value) <= radius + 1e-9)
+                                    crossing_of[cell].insert(crossing_of[cell].end(),
+                                                             near.begin() + static_cast<std::ptrdiff_t>(i),
                                                              near.begin() + static_cast<std::ptrdiff_t>(j));
                                 i = j;
                             }
@@ -150,7 +164,8 @@ SyntheticScene::Nearest SyntheticScene::nearest(Range items, Vec3d p) const {
                 nearest_part = d;
             } else {
                 double share = 0;
-                const double folded = smooth_min(group.distance, d, data_.blends[static_cast<std::size_t>(blend)].k, &share);
+                const double folded =
+                    smooth_min(group.distance, d, data_.blends[static_cast<std::size_t>(blend)].k, &share);
                 group.gradient = group.gradient * (1 - share) + g * share;
                 group.distance = folded;
                 if (d < nearest_part) nearest_part = d, group.part = *i;
@@ -168,8 +183,9 @@ double SyntheticScene::distance(Vec3d p) const { return fold(near_items(p), p); 
 
 Vec3d SyntheticScene::normal(Vec3d p) const { return normalised(nearest(p).gradient); }
 
-// The foot of the perpendicular from p on the surface of one blend or relief: first down the gradient to the surface,
-// then along it by the tangential part of p - q, and again. Each round shrinks the angle between p - q and the normal.
+// The foot of the perpendicular from p on the surface of one blend or relief: first down the gradient to the
+// surface, then along it by the tangential part of p - q, and again. Each round shrinks the angle between p -
+// q and the normal.
 Vec3d SyntheticScene::foot_point(Range group, Vec3d p) const {
     Vec3d q = p;
     constexpr int kRounds = 16;
@@ -188,8 +204,9 @@ Vec3d SyntheticScene::foot_point(Range group, Vec3d p) const {
 }
 
 double SyntheticScene::surface_distance(Vec3d p, Vec3d* nearest_point) const {
-    // Outside, the distance of a union is the least of its members', each of them Euclidean; inside, the member that
-    // p lies deepest in decides. So first the exact parts, then whatever else might still be nearer.
+    // Outside, the distance of a union is the least of its members', each of them Euclidean; inside, the
+    // member that p lies deepest in decides. So first the exact parts, then whatever else might still be
+    // nearer.
     const Range items = near_items(p);
     const bool inside = fold(items, p) < 0;
     double best = kInfinity, best_bound = kInfinity;
@@ -223,7 +240,8 @@ Vec3f SyntheticScene::albedo(Vec3d p) const {
 
 Vec3f SyntheticScene::albedo_at(Vec3d p, Vec3d n, int index, double footprint) const {
     const Part& hit = part(index);
-    return synthetic::albedo_of(data_.materials[hit.material], hit.to_part(p), hit.R_part_scene * n, footprint);
+    return synthetic::albedo_of(data_.materials[hit.material], hit.to_part(p), hit.R_part_scene * n,
+                                footprint);
 }
 
 Vec3d SyntheticScene::normal_at(Vec3d p, int index) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A carved panel of 0.4 x 0.3 m in a frame, standing upright on a ledge before a wall, its face towards -y: a rosette,
-// scrolls, a row of beads, chiselled strokes and letters like inscription, all 1 to 3 mm high, under lights close by.
+// A carved panel of 0.4 x 0.3 m in a frame, standing upright on a ledge before a wall, its face towards -y: a
+// rosette, scrolls, a row of beads, chiselled strokes and letters like inscription, all 1 to 3 mm high, under
+// lights close by.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,7 +12,7 @@ namespace burin::synthetic {
 namespace {
 
 constexpr double kHalfWidth = 0.2, kHalfHeight = 0.15;  // metres, of the panel
-constexpr double kSpacing = 0.0005;                     // metres between control heights: details of 1 mm and up
+constexpr double kSpacing = 0.0005;  // metres between control heights: details of 1 mm and up
 constexpr double kMm = 0.001;
 
 double bump(double x) {  // 1 at 0, smoothly 0 at |x| >= 1
@@ -23,7 +24,8 @@ double step(double low, double high, double x) {
     return t * t * t * (t * (6 * t - 15) + 10);
 }
 double polar_angle(double x, double y) {  // -pi..pi; a rational fit is exact enough for carving
-    const double ax = std::fabs(x), ay = std::fabs(y), m = std::min(ax, ay) / std::max(std::max(ax, ay), 1e-12);
+    const double ax = std::fabs(x), ay = std::fabs(y),
+                 m = std::min(ax, ay) / std::max(std::max(ax, ay), 1e-12);
     const double s = m * m;
     double a = ((-0.0464964749 * s + 0.15931422) * s - 0.327622764) * s * m + m;
     if (ay > ax) a = 0.5 * kPi - a;
@@ -37,15 +39,18 @@ struct Stroke {
 
 class Carving {
   public:
-    explicit Carving(Random& random) : petals_(5 + random.below(4)), noise_(static_cast<std::uint32_t>(random.bits())) {
+    explicit Carving(Random& random)
+        : petals_(5 + random.below(4)), noise_(static_cast<std::uint32_t>(random.bits())) {
         turn_ = random.in(0, 2 * kPi);
         scroll_ = random.in(0, 2 * kPi);
         // Six glyphs of three to four strokes each, on a band below the rosette.
         for (int glyph = 0; glyph < 8; ++glyph) {
             const double cx = -0.147 + 0.042 * glyph;
             for (int i = 0; i < 3 + random.below(2); ++i) {
-                const double x0 = cx + 0.007 * (random.below(4) - 1.5), y0 = -0.1 + 0.008 * (random.below(4) - 1.5);
-                const double x1 = cx + 0.007 * (random.below(4) - 1.5), y1 = -0.1 + 0.008 * (random.below(4) - 1.5);
+                const double x0 = cx + 0.007 * (random.below(4) - 1.5),
+                             y0 = -0.1 + 0.008 * (random.below(4) - 1.5);
+                const double x1 = cx + 0.007 * (random.below(4) - 1.5),
+                             y1 = -0.1 + 0.008 * (random.below(4) - 1.5);
                 const double width = random.in(1.6, 2.4) * kMm;
                 strokes_.push_back({x0, y0, x1 + 0.001, y1 + 0.002, width, random.in(1.0, 1.6) * kMm});
             }
@@ -105,7 +110,8 @@ class Carving {
 SceneData relief_scene(std::uint64_t seed) {
     SceneBuilder b("relief", seed);
     const Carving carving(b.random);
-    const int columns = static_cast<int>(2 * kHalfWidth / kSpacing) + 1, rows = static_cast<int>(2 * kHalfHeight / kSpacing) + 1;
+    const int columns = static_cast<int>(2 * kHalfWidth / kSpacing) + 1,
+              rows = static_cast<int>(2 * kHalfHeight / kSpacing) + 1;
     std::vector<float> control(static_cast<std::size_t>(columns) * rows);
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i)
@@ -118,28 +124,33 @@ SceneData relief_scene(std::uint64_t seed) {
     const Vec3d centre{0, 0, 0.2};
     const Vec3f stone = b.pale_colour();
     const int kind = b.random.below(2);
-    const int surface = kind ? b.material(Texture::wood, linear_colour(190, 150, 105), linear_colour(160, 115, 75), 0.02)
-                             : b.material(Texture::mottled, stone, stone * 0.65f + Vec3f{0.06f, 0.04f, 0.02f}, 0.05);
+    const int surface =
+        kind ? b.material(Texture::wood, linear_colour(190, 150, 105), linear_colour(160, 115, 75), 0.02)
+             : b.material(Texture::mottled, stone, stone * 0.65f + Vec3f{0.06f, 0.04f, 0.02f}, 0.05);
     b.object(kNone);
     Part& panel = b.add(Shape::relief, centre, {kHalfWidth, kHalfHeight, 0.034}, surface, 0, upright);
     panel.relief = b.data.reliefs.back().get();
     const int frame = b.random_wood(0.008);
     b.object(kNone);
     for (double s : {-1.0, 1.0}) {
-        b.box({s * 0.207 - 0.012, -0.014, 0.2 - 0.169}, {s * 0.207 + 0.012, 0.036, 0.2 + 0.169}, frame, 0.004);
-        b.box({-0.21, -0.0135, 0.2 + s * 0.157 - 0.012}, {0.21, 0.035, 0.2 + s * 0.157 + 0.012}, frame, 0.004);
+        b.box({s * 0.207 - 0.012, -0.014, 0.2 - 0.169}, {s * 0.207 + 0.012, 0.036, 0.2 + 0.169}, frame,
+              0.004);
+        b.box({-0.21, -0.0135, 0.2 + s * 0.157 - 0.012}, {0.21, 0.035, 0.2 + s * 0.157 + 0.012}, frame,
+              0.004);
     }
     b.object(kTable);  // the ledge
     b.box({-0.6, -0.12, -0.02}, {0.6, 0.06, 0.034}, b.random_wood());
     b.object(kWall);
-    b.plane({0, 0.03, 0.3}, {0, -1, 0}, {1, 0, 0}, 1.5, 1.5, b.material(Texture::mottled, b.pale_colour(), {0.3f, 0.28f, 0.25f}, 0.12));
+    b.plane({0, 0.03, 0.3}, {0, -1, 0}, {1, 0, 0}, 1.5, 1.5,
+            b.material(Texture::mottled, b.pale_colour(), {0.3f, 0.28f, 0.25f}, 0.12));
 
     const double left = b.random.in(0.25, 0.4), right = b.random.in(0.2, 0.35);
     // Raking light, so that a millimetre shows.
     b.light({-left, -b.random.in(0.08, 0.15), 0.42}, {1.0f, 0.85f, 0.65f}, 2.6, 0.2);
     b.light({right, -b.random.in(0.1, 0.2), 0.08}, {0.6f, 0.75f, 1.0f}, 1.6, 0.2);
     b.light({b.random.in(-0.1, 0.1), -0.5, 0.8}, {1.0f, 1.0f, 0.95f}, 0.5, 0.5);
-    b.data.ambient = {{0.2f, 0.21f, 0.23f}, {0.12f, 0.11f, 0.1f}, 0.5, 0.15, static_cast<std::uint32_t>(b.random.bits())};
+    b.data.ambient = {
+        {0.2f, 0.21f, 0.23f}, {0.12f, 0.11f, 0.1f}, 0.5, 0.15, static_cast<std::uint32_t>(b.random.bits())};
     b.data.exposure = 1.2;
     b.data.occlusion_reach = 0.006;
     b.data.bounds = {{-0.62, -0.13, -0.03}, {0.62, 0.07, 0.4}};

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A furnished living room, 5.2 x 5.8 x 2.6 m, centred on the origin. The four ICL-NUIM living-room trajectories, brought
-// into the scene frame by default_T_scene_trajectory (trajectories.cpp), stay inside |x| <= 1.16, |y| <= 1.72,
-// 0.9 <= z <= 1.77, but kt0 that goes down to z = 0.53 within 0 <= x <= 0.5. Furniture keeps 0.3 m from that: what is
-// higher than 0.6 m stands along the walls, only low things stand in the middle, on the side of negative x.
+// A furnished living room, 5.2 x 5.8 x 2.6 m, centred on the origin. The four ICL-NUIM living-room
+// trajectories, brought into the scene frame by default_T_scene_trajectory (trajectories.cpp), stay inside
+// |x| <= 1.16, |y| <= 1.72, 0.9 <= z <= 1.77, but kt0 that goes down to z = 0.53 within 0 <= x <= 0.5.
+// Furniture keeps 0.3 m from that: what is higher than 0.6 m stands along the walls, only low things stand in
+// the middle, on the side of negative x.
 #include <algorithm>
 #include <utility>
 
@@ -18,8 +19,10 @@ void add_shell(SceneBuilder& b) {
     const int floor_texture = b.random.below(3);
     const Vec3f tile_colour = b.pale_colour();
     b.object(kFloor);
-    const int floor = floor_texture == 0 ? b.material(Texture::tiles, tile_colour, {0.25f, 0.24f, 0.22f}, 0.33)
-                                         : b.material(Texture::planks, linear_colour(200, 155, 105), linear_colour(120, 78, 45), 0.14);
+    const int floor =
+        floor_texture == 0
+            ? b.material(Texture::tiles, tile_colour, {0.25f, 0.24f, 0.22f}, 0.33)
+            : b.material(Texture::planks, linear_colour(200, 155, 105), linear_colour(120, 78, 45), 0.14);
     b.plane({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, kHalfX, kHalfY, floor);
     b.object(kCeiling);
     b.plane({0, 0, kHeight}, {0, 0, -1}, {1, 0, 0}, kHalfX, kHalfY,
@@ -32,8 +35,9 @@ void add_shell(SceneBuilder& b) {
         const Vec3d u = cross(Vec3d{0, 0, 1}, n[i]);
         b.object(kWall);
         const Vec3f tone = paint * static_cast<float>(b.random.in(0.85, 1.05));
-        const int wall = i % 2 == 0 ? b.material(Texture::wallpaper, tone, tone * 0.7f + ornament * 0.3f, 0.16)
-                                    : b.material(Texture::mottled, tone, tone * 0.75f, 0.5);
+        const int wall = i % 2 == 0
+                             ? b.material(Texture::wallpaper, tone, tone * 0.7f + ornament * 0.3f, 0.16)
+                             : b.material(Texture::mottled, tone, tone * 0.75f, 0.5);
         const Vec3d foot = along_y ? n[i] * -kHalfX : n[i] * -kHalfY;
         b.plane({foot.x, foot.y, 0.5 * kHeight}, n[i], u, half, 0.5 * kHeight, wall);
         b.object(kNone);
@@ -42,14 +46,15 @@ void add_shell(SceneBuilder& b) {
     }
 }
 
-// A place for something of the given radius on the floor within the box, free of what stands already; false if the
-// draws find none.
+// A place for something of the given radius on the floor within the box, free of what stands already; false
+// if the draws find none.
 bool free_place(SceneBuilder& b, Vec3d low, Vec3d high, double radius, Vec3d* out) {
     for (int i = 0; i < 60; ++i) {
         const Vec3d p{b.random.in(low.x, high.x), b.random.in(low.y, high.y), 0};
         // Probes above the floor and its rug; 1.5 radius reaches across the thing's height.
         bool free = true;
-        for (double z = 0.1; z < 2 * radius + 0.1; z += radius) free = free && b.distance({p.x, p.y, z}) > std::min(radius + 0.03, z - 0.03);
+        for (double z = 0.1; z < 2 * radius + 0.1; z += radius)
+            free = free && b.distance({p.x, p.y, z}) > std::min(radius + 0.03, z - 0.03);
         if (free) {
             *out = p;
             return true;
@@ -108,7 +113,8 @@ SceneData room_scene(std::uint64_t seed) {
 
     // The middle: rug, coffee table, low things wherever there is room.
     b.object(kNone, {-0.35, b.random.in(-0.3, 0.3), 0}, 0);
-    const int rug = b.material(Texture::carpet, b.pale_colour() * 0.7f, {0.35f, 0.07f, 0.06f}, 0.12, 1.05, 1.4);
+    const int rug =
+        b.material(Texture::carpet, b.pale_colour() * 0.7f, {0.35f, 0.07f, 0.06f}, 0.12, 1.05, 1.4);
     b.add(Shape::box, {}, {1.05, 1.4, 0.016}, rug, 0.006);
     const double coffee_y = b.random.in(-0.35, 0.35);
     add_table(b, {-0.7, coffee_y, 0.012}, 0.5 * kPi + b.random.in(-0.1, 0.1), {1.0, 0.55, 0.38});
@@ -119,23 +125,27 @@ SceneData room_scene(std::uint64_t seed) {
     if (free_place(b, low, high, 0.28, &spot)) add_pouf(b, spot);
     for (int i = 0; i < 3; ++i) {
         const double radius = b.random.in(0.07, 0.1);
-        if (free_place(b, {-2.2, -2.5, 0}, {2.2, 2.5, 0}, radius, &spot)) add_ball(b, {spot.x, spot.y, 0.012}, radius);
+        if (free_place(b, {-2.2, -2.5, 0}, {2.2, 2.5, 0}, radius, &spot))
+            add_ball(b, {spot.x, spot.y, 0.012}, radius);
     }
     if (free_place(b, low, high, 0.22, &spot)) add_carton(b, spot, b.random.in(0, 3), {0.3, 0.22, 0.2});
 
     // Ceiling lamp: a bowl close under the ceiling, out of the cameras' way.
     b.object(kNone);
-    b.add(Shape::ellipsoid, {0, 0, kHeight - 0.02}, {0.25, 0.25, 0.16}, b.material(Texture::plain, {0.8f, 0.78f, 0.7f}, {}));
+    b.add(Shape::ellipsoid, {0, 0, kHeight - 0.02}, {0.25, 0.25, 0.16},
+          b.material(Texture::plain, {0.8f, 0.78f, 0.7f}, {}));
 
     const double hang = b.random.in(0.8, 1.1), glow = b.random.in(0.7, 1.1), day = b.random.in(1.0, 1.6);
     b.light({b.random.in(-0.4, 0.4), b.random.in(-0.4, 0.4), 2.2}, {1.0f, 0.93f, 0.8f}, hang, 1.6);
     b.light({-sx * 2.1, -sy * 2.2, 1.9}, {1.0f, 0.8f, 0.55f}, glow, 0.8);
     b.light({sx * 2.0, table_y, 1.7}, {0.75f, 0.87f, 1.0f}, day, 1.1);
     b.light({b.random.in(-1, 1), b.random.in(-1.5, 1.5), 1.4}, {0.9f, 1.0f, 0.85f}, 0.2, 0.9);
-    b.data.ambient = {{0.3f, 0.31f, 0.33f}, {0.2f, 0.17f, 0.14f}, 0.35, 1.4, static_cast<std::uint32_t>(b.random.bits())};
+    b.data.ambient = {
+        {0.3f, 0.31f, 0.33f}, {0.2f, 0.17f, 0.14f}, 0.35, 1.4, static_cast<std::uint32_t>(b.random.bits())};
     b.data.exposure = 0.95;
     b.data.bounds = {{-kHalfX - 0.01, -kHalfY - 0.01, -0.01}, {kHalfX + 0.01, kHalfY + 0.01, kHeight + 0.01}};
-    b.data.mesh_bounds = {{-kHalfX - 0.03, -kHalfY - 0.03, -0.03}, {kHalfX + 0.03, kHalfY + 0.03, kHeight + 0.03}};
+    b.data.mesh_bounds = {{-kHalfX - 0.03, -kHalfY - 0.03, -0.03},
+                          {kHalfX + 0.03, kHalfY + 0.03, kHeight + 0.03}};
     b.data.mesh_resolution = 0.01;
     b.data.cell = 0.16;
     return std::move(b.data);

@@ -27,7 +27,8 @@ Result<std::unique_ptr<SyntheticScene>> make_scene(const std::string& name, std:
         if (name == entry.name) return SyntheticScene::create(entry.make(seed));
     std::string known;
     for (const SceneEntry& entry : kScenes) known += std::string(known.empty() ? "" : ", ") + entry.name;
-    return Status::error(Code::invalid_argument, "scene \"%.60s\": expected one of %s", name.c_str(), known.c_str());
+    return Status::error(Code::invalid_argument, "scene \"%.60s\": expected one of %s", name.c_str(),
+                         known.c_str());
 }
 
 }  // namespace burin

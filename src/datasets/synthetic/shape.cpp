@@ -64,13 +64,15 @@ Flat polyline(double r, double z, const std::vector<ProfilePoint>& points, doubl
 }
 
 double revolve(Vec3d p, double r, Flat flat, Vec3d* gradient) {
-    if (gradient) *gradient = r > 0 ? Vec3d{p.x / r * flat.r, p.y / r * flat.r, flat.z} : Vec3d{flat.r, 0, flat.z};
+    if (gradient)
+        *gradient = r > 0 ? Vec3d{p.x / r * flat.r, p.y / r * flat.r, flat.z} : Vec3d{flat.r, 0, flat.z};
     return flat.distance;
 }
 
 double box(Vec3d p, Vec3d half, double round, Vec3d* gradient) {
     const Vec3d s{p.x < 0 ? -1.0 : 1.0, p.y < 0 ? -1.0 : 1.0, p.z < 0 ? -1.0 : 1.0};
-    const Vec3d q{std::fabs(p.x) - half.x + round, std::fabs(p.y) - half.y + round, std::fabs(p.z) - half.z + round};
+    const Vec3d q{std::fabs(p.x) - half.x + round, std::fabs(p.y) - half.y + round,
+                  std::fabs(p.z) - half.z + round};
     const Vec3d o{std::max(q.x, 0.0), std::max(q.y, 0.0), std::max(q.z, 0.0)};
     const double n = norm(o);
     if (n > 0) {
@@ -83,8 +85,8 @@ double box(Vec3d p, Vec3d half, double round, Vec3d* gradient) {
 }
 
 // The nearest surface point is x_i = e_i^2 y_i / (t + e_i^2) where t is the largest root of
-// F(t) = sum (e_i y_i / (t + e_i^2))^2 - 1 (Eberly, "Distance from a Point to an Ellipsoid"). F is convex and falls
-// right of -min e^2, so Newton's method from a point where F >= 0 rises to the root monotonically.
+// F(t) = sum (e_i y_i / (t + e_i^2))^2 - 1 (Eberly, "Distance from a Point to an Ellipsoid"). F is convex and
+// falls right of -min e^2, so Newton's method from a point where F >= 0 rises to the root monotonically.
 double ellipsoid(Vec3d p, Vec3d e, Vec3d* gradient) {
     constexpr double kOffAxis = 1e-9;  // metres; keeps the denominators positive on the symmetry planes
     Vec3d y, e2;
@@ -138,15 +140,19 @@ double part_distance(const Part& part, Vec3d p, Vec3d* gradient) {
         case Shape::half_space:
             if (gradient) *gradient = {0, 0, 1};
             return p.z;
-        case Shape::box: return box(p, s, part.round, gradient);
+        case Shape::box:
+            return box(p, s, part.round, gradient);
         case Shape::sphere: {
             const double n = norm(p);
             if (gradient) *gradient = n > 0 ? p * (1 / n) : Vec3d{0, 0, 1};
             return n - s.x;
         }
-        case Shape::ellipsoid: return ellipsoid(p, s, gradient);
-        case Shape::relief: return relief(part, p, gradient);
-        default: break;
+        case Shape::ellipsoid:
+            return ellipsoid(p, s, gradient);
+        case Shape::relief:
+            return relief(part, p, gradient);
+        default:
+            break;
     }
     const double r = std::sqrt(p.x * p.x + p.y * p.y);
     switch (part.shape) {
@@ -155,13 +161,16 @@ double part_distance(const Part& part, Vec3d p, Vec3d* gradient) {
             flat.distance -= part.round;
             return revolve(p, r, flat, gradient);
         }
-        case Shape::frustum: return revolve(p, r, trapezium(r, p.z, s.x, s.y, s.z), gradient);
-        case Shape::capsule: return revolve(p, r, round_cone(r, p.z, s.x, s.y, s.z), gradient);
+        case Shape::frustum:
+            return revolve(p, r, trapezium(r, p.z, s.x, s.y, s.z), gradient);
+        case Shape::capsule:
+            return revolve(p, r, round_cone(r, p.z, s.x, s.y, s.z), gradient);
         case Shape::torus: {
             const double dr = r - s.x, n = std::sqrt(dr * dr + p.z * p.z);
             return revolve(p, r, n > 0 ? Flat{n - s.y, dr / n, p.z / n} : Flat{-s.y, 0, 1}, gradient);
         }
-        default: return revolve(p, r, polyline(r, p.z, part.profile, part.round), gradient);
+        default:
+            return revolve(p, r, polyline(r, p.z, part.profile, part.round), gradient);
     }
 }
 

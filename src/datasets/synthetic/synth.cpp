@@ -36,7 +36,8 @@ Result<Trajectory> synth_trajectory(const SynthOptions& options) {
         bool known = false;
         for (const std::string& name : scene_names()) known = known || name == options.scene;
         if (!known) return make_scene(options.scene, 0).status();
-        return builtin_path(options.scene, options.seed, options.frames > 0 ? options.frames : default_frame_count(options.scene));
+        return builtin_path(options.scene, options.seed,
+                            options.frames > 0 ? options.frames : default_frame_count(options.scene));
     }
     Result<Trajectory> flown = read_tum_trajectory(options.trajectory_file);
     if (!flown.ok()) return flown.status();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Rendered sequences with exact truth: as files in the TUM layout, or as a data set in memory.
 //
-// All poses, planes and meshes are in the scene's frame (z up, floor at z = 0; see scene.h), also when a recorded
-// trajectory given in another world is flown: T_scene_trajectory carries it over.
+// All poses, planes and meshes are in the scene's frame (z up, floor at z = 0; see scene.h), also when a
+// recorded trajectory given in another world is flown: T_scene_trajectory carries it over.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +21,16 @@ namespace burin {
 enum class SynthNoise { none, sensor };
 
 struct SynthOptions {
-    std::string scene = "room";    // one of scene_names()
-    std::uint64_t seed = 1;        // moves furniture, textures and lights
-    int frames = 0;                // 0: as many as default_frame_count, or all of the trajectory
+    std::string scene = "room";  // one of scene_names()
+    std::uint64_t seed = 1;      // moves furniture, textures and lights
+    int frames = 0;              // 0: as many as default_frame_count, or all of the trajectory
     SynthNoise noise = SynthNoise::sensor;
-    int width = 640, height = 480;  // pixels; the field of view is that of 525 pixels focal length at 640 x 480
-    std::string trajectory_file;    // TUM text; empty flies the built-in path (camera_path.h)
+    int width = 640,
+        height = 480;             // pixels; the field of view is that of 525 pixels focal length at 640 x 480
+    std::string trajectory_file;  // TUM text; empty flies the built-in path (camera_path.h)
     std::optional<Se3> T_scene_trajectory;  // default: default_T_scene_trajectory (camera_path.h)
-    bool truth_images = true;       // truth/depth, normals, albedo, labels, instances: some 2 MB a frame
-    std::string output_dir;         // must not exist, or be empty
+    bool truth_images = true;  // truth/depth, normals, albedo, labels, instances: some 2 MB a frame
+    std::string output_dir;    // must not exist, or be empty
 };
 
 // Called after every frame; returning false stops the work.
@@ -37,26 +38,26 @@ using SynthProgress = std::function<bool(int done, int total)>;
 
 // The camera of all built-in sequences at this size.
 Camera synth_camera(int width, int height);
-// The poses the options ask for, in the scene's frame. Errors: the trajectory file's own; `frames` negative or more
-// than the file has.
+// The poses the options ask for, in the scene's frame. Errors: the trajectory file's own; `frames` negative
+// or more than the file has.
 Result<Trajectory> synth_trajectory(const SynthOptions& options);
 
 // Renders the whole sequence into options.output_dir:
 //   rgb/NNNNNN.png  depth/NNNNNN.png (16 bit, metres = value / 5000)  rgb.txt depth.txt associations.txt
 //   groundtruth.txt camera.txt (depth_scale 5000)
-//   truth/depth/NNNNNN.pfm  exact depth, 32-bit floats (Portable FloatMap, metres along the optical axis, 0 = nothing)
-//   truth/normals/NNNNNN.png (8 bit, scene frame: 127.5 + 127.5 n)  truth/albedo/NNNNNN.png (8 bit sRGB)
-//   truth/labels/NNNNNN.png (8 bit, 0..7)  truth/instances/NNNNNN.png (16 bit)
-//   truth/planes.json  truth/scene.json
-// truth/mesh.ply is left to the caller (truth_mesh.h). The files are written beside the final name and moved there when
-// all are complete; after an error nothing stands under it. The same options give the same bytes for any number of
-// threads. `scene` gets the scene when not null. Errors: invalid_argument for options, io, format (trajectory),
-// cancelled when progress returned false.
+//   truth/depth/NNNNNN.pfm  exact depth, 32-bit floats (Portable FloatMap, metres along the optical axis, 0 =
+//   nothing) truth/normals/NNNNNN.png (8 bit, scene frame: 127.5 + 127.5 n)  truth/albedo/NNNNNN.png (8 bit
+//   sRGB) truth/labels/NNNNNN.png (8 bit, 0..7)  truth/instances/NNNNNN.png (16 bit) truth/planes.json
+//   truth/scene.json
+// truth/mesh.ply is left to the caller (truth_mesh.h). The files are written beside the final name and moved
+// there when all are complete; after an error nothing stands under it. The same options give the same bytes
+// for any number of threads. `scene` gets the scene when not null. Errors: invalid_argument for options, io,
+// format (trajectory), cancelled when progress returned false.
 Status synthesise(const SynthOptions& options, const SynthProgress& progress, Jobs& jobs,
                   std::unique_ptr<SyntheticScene>* scene = nullptr);
 
-// The same frames without files: rendered on demand, each load on one thread. load() may be called from several
-// threads at once. Depth is float metres (exact when noise is none), colour beside it, poses known.
+// The same frames without files: rendered on demand, each load on one thread. load() may be called from
+// several threads at once. Depth is float metres (exact when noise is none), colour beside it, poses known.
 class SyntheticDataset : public Dataset {
   public:
     // Errors as for synthesise. Ignores output_dir and truth_images.

@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDepthScale = 5000;    // 0.2 mm a step, as in the TUM data sets
-constexpr double kFarthest = 100;       // metres; no scene is that large
+constexpr double kDepthScale = 5000;  // 0.2 mm a step, as in the TUM data sets
+constexpr double kFarthest = 100;     // metres; no scene is that large
 
 // Plain, since the whole folder gets its name only when everything in it is complete.
 Status write_bytes(const std::string& path, std::string_view bytes) {
@@ -30,13 +30,15 @@ Status write_bytes(const std::string& path, std::string_view bytes) {
     if (!file) return Status::error(Code::io, "%s: %s", path.c_str(), std::strerror(errno));
     const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
     if (std::fclose(file) != 0 || !written)
-        return Status::error(Code::io, "%s: %s while writing %zu bytes", path.c_str(), std::strerror(errno), bytes.size());
+        return Status::error(Code::io, "%s: %s while writing %zu bytes", path.c_str(), std::strerror(errno),
+                             bytes.size());
     return {};
 }
 
 // Portable FloatMap: little endian (negative scale), rows from the bottom up.
 std::string encode_pfm(View<const float> image) {
-    std::string bytes = "Pf\n" + std::to_string(image.width) + " " + std::to_string(image.height) + "\n-1.0\n";
+    std::string bytes =
+        "Pf\n" + std::to_string(image.width) + " " + std::to_string(image.height) + "\n-1.0\n";
     for (int y = image.height - 1; y >= 0; --y)
         for (int x = 0; x < image.width; ++x) {
             std::uint32_t bits;
@@ -50,7 +52,8 @@ Image<std::uint16_t> depth_steps(const Image<float>& depth_m) {
     Image<std::uint16_t> out(depth_m.width, depth_m.height);
     for (std::size_t i = 0; i < depth_m.pixels.size(); ++i) {
         const double steps = std::floor(depth_m.pixels[i] * kDepthScale + 0.5);
-        out.pixels[i] = steps < 65535 ? static_cast<std::uint16_t>(steps) : std::uint16_t(0);  // farther than 13.1 m: none
+        out.pixels[i] = steps < 65535 ? static_cast<std::uint16_t>(steps)
+                                      : std::uint16_t(0);  // farther than 13.1 m: none
     }
     return out;
 }
@@ -64,10 +67,11 @@ Image<std::uint8_t> normal_picture(const Image<float>& normal) {
 
 std::string camera_text(const Camera& camera) {
     char text[400];
-    std::snprintf(text, sizeof text,
-                  "# pinhole, undistorted. metres = depth_png / depth_scale\nfx %.9g\nfy %.9g\ncx %.9g\ncy %.9g\n"
-                  "width %d\nheight %d\ndepth_scale %g\n",
-                  camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, kDepthScale);
+    std::snprintf(
+        text, sizeof text,
+        "# pinhole, undistorted. metres = depth_png / depth_scale\nfx %.9g\nfy %.9g\ncx %.9g\ncy %.9g\n"
+        "width %d\nheight %d\ndepth_scale %g\n",
+        camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, kDepthScale);
     return text;
 }
 
@@ -94,7 +98,8 @@ struct FrameImages {
 };
 
 // All files of one frame, encoded and written side by side.
-Status write_frame(const std::string& dir, const std::string& name, const FrameImages& images, bool truth_images, Jobs& jobs) {
+Status write_frame(const std::string& dir, const std::string& name, const FrameImages& images,
+                   bool truth_images, Jobs& jobs) {
     const int count = truth_images ? 7 : 2;
     std::vector<Status> status(static_cast<std::size_t>(count));
     jobs.run(count, [&](int item, int) {
@@ -105,16 +110,28 @@ Status write_frame(const std::string& dir, const std::string& name, const FrameI
             result = encode_png(image.view(), &bytes);
         };
         switch (item) {
-            case 0: png("/rgb/", images.rgb); break;
-            case 1: png("/depth/", depth_steps(images.depth_m)); break;
+            case 0:
+                png("/rgb/", images.rgb);
+                break;
+            case 1:
+                png("/depth/", depth_steps(images.depth_m));
+                break;
             case 2:
                 path += "/truth/depth/" + name + ".pfm";
                 bytes = encode_pfm(images.truth.depth_m.view());
                 break;
-            case 3: png("/truth/normals/", normal_picture(images.truth.normal)); break;
-            case 4: png("/truth/albedo/", encode_srgb(images.truth.albedo.view())); break;
-            case 5: png("/truth/labels/", images.truth.label); break;
-            default: png("/truth/instances/", images.truth.instance); break;
+            case 3:
+                png("/truth/normals/", normal_picture(images.truth.normal));
+                break;
+            case 4:
+                png("/truth/albedo/", encode_srgb(images.truth.albedo.view()));
+                break;
+            case 5:
+                png("/truth/labels/", images.truth.label);
+                break;
+            default:
+                png("/truth/instances/", images.truth.instance);
+                break;
         }
         if (result.ok()) result = write_bytes(path, bytes);
     });
@@ -127,7 +144,9 @@ Status write_sequence(const SynthOptions& options, const Trajectory& trajectory,
     std::error_code error;
     std::vector<std::string> folders{"/rgb", "/depth", "/truth"};
     if (options.truth_images)
-        for (const char* name : {"/truth/depth", "/truth/normals", "/truth/albedo", "/truth/labels", "/truth/instances"}) folders.emplace_back(name);
+        for (const char* name :
+             {"/truth/depth", "/truth/normals", "/truth/albedo", "/truth/labels", "/truth/instances"})
+            folders.emplace_back(name);
     for (const std::string& folder : folders)
         if (fs::create_directories(dir + folder, error); error)
             return Status::error(Code::io, "%s: %s", (dir + folder).c_str(), error.message().c_str());
@@ -144,7 +163,8 @@ Status write_sequence(const SynthOptions& options, const Trajectory& trajectory,
         if (Status s = render_truth(scene, camera, pose.T_world_camera, false, jobs, &images.truth); !s.ok())
             return Status::error(s.code(), "frame %d: %s", i, s.text());
         if (noise)
-            sensor_depth(images.truth, camera, pose.T_world_camera, options.seed, i, range, jobs, &images.depth_m);
+            sensor_depth(images.truth, camera, pose.T_world_camera, options.seed, i, range, jobs,
+                         &images.depth_m);
         else
             images.depth_m = images.truth.depth_m;
         sensor_colour(images.truth, noise, options.seed, i, jobs, &images.rgb);
@@ -157,7 +177,8 @@ Status write_sequence(const SynthOptions& options, const Trajectory& trajectory,
         depth += t + " depth/" + name + ".png\n";
         both += t + " rgb/" + name + ".png " + t + " depth/" + name + ".png\n";
         if (progress && !progress(i + 1, total))
-            return Status::error(Code::cancelled, "%s: stopped after %d of %d frames", options.output_dir.c_str(), i + 1, total);
+            return Status::error(Code::cancelled, "%s: stopped after %d of %d frames",
+                                 options.output_dir.c_str(), i + 1, total);
     }
     BURIN_TRY(write_bytes(dir + "/rgb.txt", rgb));
     BURIN_TRY(write_bytes(dir + "/depth.txt", depth));
@@ -170,27 +191,33 @@ Status write_sequence(const SynthOptions& options, const Trajectory& trajectory,
 
 }  // namespace
 
-Status synthesise(const SynthOptions& options, const SynthProgress& progress, Jobs& jobs, std::unique_ptr<SyntheticScene>* out) {
+Status synthesise(const SynthOptions& options, const SynthProgress& progress, Jobs& jobs,
+                  std::unique_ptr<SyntheticScene>* out) {
     Result<Trajectory> trajectory = synth_trajectory(options);
     if (!trajectory.ok()) return trajectory.status();
     Result<std::unique_ptr<SyntheticScene>> scene = make_scene(options.scene, options.seed);
     if (!scene.ok()) return scene.status();
     std::string dir = options.output_dir;
     while (dir.size() > 1 && dir.back() == '/') dir.pop_back();
-    if (dir.empty()) return Status::error(Code::invalid_argument, "output folder: an empty name, expected a path");
+    if (dir.empty())
+        return Status::error(Code::invalid_argument, "output folder: an empty name, expected a path");
     std::error_code error;
     const bool there = fs::exists(dir, error);
     if (there && (!fs::is_directory(dir, error) || !fs::is_empty(dir, error)))
-        return Status::error(Code::invalid_argument, "%s: exists already, expected a new or empty folder", dir.c_str());
+        return Status::error(Code::invalid_argument, "%s: exists already, expected a new or empty folder",
+                             dir.c_str());
     const std::string partial = dir + ".partial";
     if (fs::exists(partial, error))
-        return Status::error(Code::invalid_argument, "%s: left by another run, expected it gone; remove it first", partial.c_str());
+        return Status::error(Code::invalid_argument,
+                             "%s: left by another run, expected it gone; remove it first", partial.c_str());
     if (fs::create_directories(partial, error); error)
         return Status::error(Code::io, "%s: %s", partial.c_str(), error.message().c_str());
     Status status = write_sequence(options, *trajectory, **scene, partial, progress, jobs);
     if (status.ok()) {
         fs::rename(partial, dir, error);  // replaces an empty folder
-        if (error) status = Status::error(Code::io, "%s: %s while renaming to %s", partial.c_str(), error.message().c_str(), dir.c_str());
+        if (error)
+            status = Status::error(Code::io, "%s: %s while renaming to %s", partial.c_str(),
+                                   error.message().c_str(), dir.c_str());
     }
     if (!status.ok()) {
         fs::remove_all(partial, error);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Ray against scene: the half spaces at once, the rest cell by cell through the grid (Amanatides & Woo 1987), each
-// solid by sphere tracing (Hart 1996) on its own distance field. Convex solids take Newton steps instead: along a ray
-// their distance is a convex function, so a tangent never passes the root, and a flat face is met in one step at any
-// angle. All others step by their distance until the sign changes, and the crossing is then found by regula falsi.
+// Ray against scene: the half spaces at once, the rest cell by cell through the grid (Amanatides & Woo 1987),
+// each solid by sphere tracing (Hart 1996) on its own distance field. Convex solids take Newton steps
+// instead: along a ray their distance is a convex function, so a tangent never passes the root, and a flat
+// face is met in one step at any angle. All others step by their distance until the sign changes, and the
+// crossing is then found by regula falsi.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,22 +18,23 @@ using synthetic::Shape;
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A convex solid is hit when it is this near (metres): the depth error is this over the cosine of incidence, under
-// 1e-6 m down to 0.06 degrees of grazing.
+// A convex solid is hit when it is this near (metres): the depth error is this over the cosine of incidence,
+// under 1e-6 m down to 0.06 degrees of grazing.
 constexpr double kHitDistance = 1e-9;
 // Below this slope (cosine of incidence) a ray no longer comes nearer: it passes by.
 constexpr double kGrazing = 1e-7;
 constexpr int kNewtonRounds = 64;
 // Smallest step of sphere tracing (metres): a sliver thinner than this along the ray may be stepped over.
 constexpr double kMinStep = 2e-6;
-// Nearer than this the step is the secant's prediction, at most twice the distance, to end the slow approach at
-// grazing angles; a feature missed that way is smaller than half a millimetre along the ray.
+// Nearer than this the step is the secant's prediction, at most twice the distance, to end the slow approach
+// at grazing angles; a feature missed that way is smaller than half a millimetre along the ray.
 constexpr double kSecantDistance = 2.5e-4;
 constexpr int kMaxSteps = 20000;
 
 }  // namespace
 
-double SyntheticScene::trace_convex(const Part& part, Vec3d origin, Vec3d direction, double t0, double t1) const {
+double SyntheticScene::trace_convex(const Part& part, Vec3d origin, Vec3d direction, double t0,
+                                    double t1) const {
     const Vec3d o = part.to_part(origin), v = part.R_part_scene * direction;
     double t = t0;
     Vec3d g;
@@ -62,8 +64,10 @@ double SyntheticScene::trace_field(Range items, Vec3d origin, Vec3d direction, d
                 double m = round % 3 == 2 ? 0.5 * (a + b) : a + (b - a) * da / (da - db);
                 if (!(m > a && m < b)) m = 0.5 * (a + b);
                 const double dm = fold(items, origin + direction * m);
-                if (dm > 0) a = m, da = dm, db *= 0.5;
-                else b = m, db = dm, da *= 0.5;
+                if (dm > 0)
+                    a = m, da = dm, db *= 0.5;
+                else
+                    b = m, db = dm, da *= 0.5;
                 if (db > -1e-18) db = -1e-18;
             }
             return b;
@@ -124,7 +128,8 @@ SyntheticScene::Hit SyntheticScene::trace(Vec3d origin, Vec3d direction, double 
     while (t < limit) {
         const int axis = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
         const double leave = std::min(next[axis], t_out);
-        const std::size_t index = (static_cast<std::size_t>(cell[2]) * size_[1] + cell[1]) * size_[0] + cell[0];
+        const std::size_t index =
+            (static_cast<std::size_t>(cell[2]) * size_[1] + cell[1]) * size_[0] + cell[0];
         const std::uint16_t* end = crossing_.data() + crossing_begin_[index + 1];
         for (const std::uint16_t* i = crossing_.data() + crossing_begin_[index]; i != end;) {
             const Part& part = data_.parts[*i];

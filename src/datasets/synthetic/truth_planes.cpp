@@ -27,13 +27,16 @@ std::vector<Patch> patches_of(const Part& part) {
         for (int i = 0; i < 3; ++i)
             for (double s : {1.0, -1.0}) {
                 const int j = (i + 1) % 3, k = (i + 2) % 3;
-                out.push_back({part.position + axis[i] * (s * part.size[i]), axis[j], axis[k] * s, axis[i] * s,
-                               part.size[j] - part.round, part.size[k] - part.round, false});
+                out.push_back({part.position + axis[i] * (s * part.size[i]), axis[j], axis[k] * s,
+                               axis[i] * s, part.size[j] - part.round, part.size[k] - part.round, false});
             }
     } else if (part.shape == Shape::cylinder || part.shape == Shape::frustum) {
         for (double s : {1.0, -1.0}) {
-            const double r = part.shape == Shape::cylinder ? part.size.x - part.round : s > 0 ? part.size.y : part.size.x;
-            out.push_back({part.position + axis[2] * (s * part.size.z), axis[0], axis[1] * s, axis[2] * s, r, r, true});
+            const double r = part.shape == Shape::cylinder ? part.size.x - part.round
+                             : s > 0                       ? part.size.y
+                                                           : part.size.x;
+            out.push_back(
+                {part.position + axis[2] * (s * part.size.z), axis[0], axis[1] * s, axis[2] * s, r, r, true});
         }
     }
     return out;
@@ -65,7 +68,8 @@ std::vector<Vec3d> convex_hull(std::vector<Vec3d> points, Vec3d u, Vec3d v) {
     for (int pass = 0; pass < 2; ++pass) {
         const std::size_t base = hull.size();
         for (const Vec3d& p : points) {
-            while (hull.size() >= base + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 1e-12) hull.pop_back();
+            while (hull.size() >= base + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 1e-12)
+                hull.pop_back();
             hull.push_back(p);
         }
         hull.pop_back();
@@ -86,7 +90,8 @@ PlaneSurvey::PlaneSurvey(const SyntheticScene& scene) : scene_(scene) {
             const double offset = -dot(patch.normal, patch.centre);
             auto face = std::find_if(faces_.begin(), faces_.end(), [&](const Face& f) {
                 return f.plane.instance == part.instance && f.plane.label == part.label &&
-                       norm(f.plane.normal - patch.normal) < kSamePlane && std::fabs(f.plane.offset - offset) < kSamePlane;
+                       norm(f.plane.normal - patch.normal) < kSamePlane &&
+                       std::fabs(f.plane.offset - offset) < kSamePlane;
             });
             if (face == faces_.end()) {
                 faces_.push_back({});
@@ -122,7 +127,8 @@ void PlaneSurvey::sample_patch(const PlanePatch& patch, Face* face) const {
     constexpr double kSampleSpacing = 0.016;
     const int columns = std::max(20, static_cast<int>(2 * patch.half_u / kSampleSpacing));
     const int rows = std::max(20, static_cast<int>(2 * patch.half_v / kSampleSpacing));
-    const auto area = static_cast<float>(4 * patch.half_u * patch.half_v / (static_cast<double>(columns) * rows));
+    const auto area =
+        static_cast<float>(4 * patch.half_u * patch.half_v / (static_cast<double>(columns) * rows));
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i) {
             const double a = (2 * i + 1.0) / columns - 1, b = (2 * j + 1.0) / rows - 1;
@@ -130,12 +136,13 @@ void PlaneSurvey::sample_patch(const PlanePatch& patch, Face* face) const {
             const Vec3d p = patch.centre + patch.u * (a * patch.half_u) + patch.v * (b * patch.half_v);
             // Open when a point just above is as far from everything as from this face.
             constexpr double kLift = 1e-4;
-            if (scene_.distance(p + patch.normal * kLift) > 0.9 * kLift) face->samples.push_back({p, area, false});
+            if (scene_.distance(p + patch.normal * kLift) > 0.9 * kLift)
+                face->samples.push_back({p, area, false});
         }
 }
 
-void PlaneSurvey::add_frame(const TruthImages& images, const Camera& camera, const Se3& T_scene_camera, double max_depth,
-                            Jobs& jobs) {
+void PlaneSurvey::add_frame(const TruthImages& images, const Camera& camera, const Se3& T_scene_camera,
+                            double max_depth, Jobs& jobs) {
     const int w = images.depth_m.width, h = images.depth_m.height;
     const auto face_at = [&](std::size_t i) {
         if (images.face.pixels[i] < 0 || images.part.pixels[i] < 0) return -1;
@@ -154,7 +161,8 @@ void PlaneSurvey::add_frame(const TruthImages& images, const Camera& camera, con
             const Vec3d p = T_camera_scene * sample.position;
             if (!(p.z > 0.01 && p.z <= max_depth)) continue;
             const Pixel pixel = project(camera, p);
-            const int x = static_cast<int>(std::floor(pixel.u + 0.5)), y = static_cast<int>(std::floor(pixel.v + 0.5));
+            const int x = static_cast<int>(std::floor(pixel.u + 0.5)),
+                      y = static_cast<int>(std::floor(pixel.v + 0.5));
             if (x < 0 || y < 0 || x >= w || y >= h) continue;
             sample.seen = face_at(static_cast<std::size_t>(y) * w + x) == index;
         }
@@ -169,13 +177,15 @@ std::vector<TruthPlane> PlaneSurvey::planes() const {
         for (const Sample& sample : face.samples)
             if (sample.seen) out.back().seen_area_m2 += sample.area;
     }
-    std::stable_sort(out.begin(), out.end(), [](const TruthPlane& a, const TruthPlane& b) { return a.area_m2 > b.area_m2; });
+    std::stable_sort(out.begin(), out.end(),
+                     [](const TruthPlane& a, const TruthPlane& b) { return a.area_m2 > b.area_m2; });
     for (std::size_t i = 0; i < out.size(); ++i) out[i].id = static_cast<int>(i);
     return out;
 }
 
 std::string planes_json(const std::vector<TruthPlane>& planes) {
-    static constexpr const char* kLabels[] = {"none", "wall", "floor", "ceiling", "table", "seat", "window", "door"};
+    static constexpr const char* kLabels[] = {"none",  "wall", "floor",  "ceiling",
+                                              "table", "seat", "window", "door"};
     const auto vector = [](Vec3d v) { return nlohmann::ordered_json::array({v.x, v.y, v.z}); };
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const TruthPlane& plane : planes) {
