@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "api/handles.h"
+
 namespace burin {
 namespace {
 
 Status in_range(const char* field, double value, double low, double high) {
     if (value >= low && value <= high) return {};
-    return Status::error(Code::invalid_argument, "config: %s is %g, expected %g to %g", field, value, low, high);
+    return Status::error(Code::invalid_argument, "config: %s is %g, expected %g to %g", field, value, low,
+                         high);
 }
 
 // Noise model of the quadratic truncation (Chisel 2015, as in OpenChisel's QuadraticTruncator), metres.
@@ -22,9 +25,10 @@ constexpr double kMaxViewVoxels = 10000;
 
 Status check_config(const burin_config& c) {
     if (c.struct_size != sizeof(burin_config) || c.version != BURIN_CONFIG_VERSION)
-        return Status::error(Code::invalid_argument,
-                             "config: size %u and version %u, expected %zu and %u (start from burin_config_default())",
-                             c.struct_size, c.version, sizeof(burin_config), BURIN_CONFIG_VERSION);
+        return Status::error(
+            Code::invalid_argument,
+            "config: size %u and version %u, expected %zu and %u (start from burin_config_default())",
+            c.struct_size, c.version, sizeof(burin_config), BURIN_CONFIG_VERSION);
     BURIN_TRY(in_range("voxel_m", c.voxel_m, 0.0005, 1));
     BURIN_TRY(in_range("truncation_voxels", c.truncation_voxels, 2, 32));
     BURIN_TRY(in_range("truncation", c.truncation, 0, BURIN_TRUNCATION_QUADRATIC));
@@ -43,8 +47,10 @@ Status check_config(const burin_config& c) {
     BURIN_TRY(in_range("max_height", c.max_height, 1, kMaxImageSide));
     BURIN_TRY(in_range("threads", c.threads, 1, kMaxThreads));
     if (c.max_depth_m > kMaxViewVoxels * c.voxel_m)
-        return Status::error(Code::invalid_argument, "config: max_depth_m is %g, expected at most %g, 10000 voxels of voxel_m %g",
-                             static_cast<double>(c.max_depth_m), kMaxViewVoxels * c.voxel_m, static_cast<double>(c.voxel_m));
+        return Status::error(Code::invalid_argument,
+                             "config: max_depth_m is %g, expected at most %g, 10000 voxels of voxel_m %g",
+                             static_cast<double>(c.max_depth_m), kMaxViewVoxels * c.voxel_m,
+                             static_cast<double>(c.voxel_m));
     return {};
 }
 
@@ -84,6 +90,30 @@ FusionOptions options_of(const burin_config& c) {
     o.depth.max_width = static_cast<int>(c.max_width);
     o.depth.max_height = static_cast<int>(c.max_height);
     return o;
+}
+
+std::uint64_t map_bytes(const FusionOptions& options, std::uint32_t capacity) {
+    Arena arena;
+    arena.allocate<MapState>(1, 64);
+    return ((arena.used() + 63) & ~std::size_t{63}) + FusionSession::bytes_for(options, capacity);
+}
+
+Status plan_map(const burin_config& config, FusionOptions* options, std::uint64_t* bytes) {
+    BURIN_TRY(check_config(config));
+    *options = options_of(config);
+    const std::uint64_t overhead = map_bytes(*options, 1) - FusionSession::bytes_for(*options, 1);
+    FusionOptions inner = *options;
+    inner.budget_bytes = config.budget_bytes > overhead ? config.budget_bytes - overhead : 0;
+    std::uint64_t inner_bytes = 0;
+    const std::uint32_t capacity = FusionSession::capacity_for(inner, &inner_bytes);
+    if (capacity < kLeastCapacity)
+        return Status::error(Code::insufficient_memory,
+                             "config: budget_bytes is %llu, expected at least %llu",
+                             static_cast<unsigned long long>(config.budget_bytes),
+                             static_cast<unsigned long long>(map_bytes(*options, kLeastCapacity)));
+    options->volume.capacity = capacity;
+    *bytes = overhead + inner_bytes;
+    return {};
 }
 
 }  // namespace burin

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Handles of the C API: a table of slots with generations, so that a handle used after burin_destroy is recognised.
+// Handles of the C API: a table of slots with generations, so that a handle used after burin_destroy is
+// recognised.
 #pragma once
 
 #include <atomic>

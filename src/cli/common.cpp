@@ -25,16 +25,21 @@ int complain(int exit, const std::string& text) {
 }
 int complain_input(const Status& status) { return complain(kBadInput, status.text()); }
 int complain_output(const Status& status) {
-    const bool work = status.code() == Code::io || status.code() == Code::state || status.code() == Code::cancelled;
+    const bool work =
+        status.code() == Code::io || status.code() == Code::state || status.code() == Code::cancelled;
     return complain(work ? kFailed : kBadInput, status.text());
 }
 
 double now_ms() {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
 
 Progress::Progress(std::string what, int total, bool quiet)
-    : what_(std::move(what)), total_(total), silent_(quiet || !isatty(STDERR_FILENO)), started_ms_(now_ms()) {}
+    : what_(std::move(what)),
+      total_(total),
+      silent_(quiet || !isatty(STDERR_FILENO)),
+      started_ms_(now_ms()) {}
 
 Progress::~Progress() {
     if (shown_) std::fprintf(stderr, "\r\033[K");
@@ -46,8 +51,8 @@ void Progress::update(int done, const std::string& detail) {
     last_ms_ = now;
     shown_ = true;
     const double seconds = std::max((now - started_ms_) / 1000, 1e-6), rate = done / seconds;
-    std::fprintf(stderr, "\r\033[K%s %d/%d  %.1f fps  %s  %.0f s left", what_.c_str(), done, total_, rate, detail.c_str(),
-                 (total_ - done) / std::max(rate, 1e-6));
+    std::fprintf(stderr, "\r\033[K%s %d/%d  %.1f fps  %s  %.0f s left", what_.c_str(), done, total_, rate,
+                 detail.c_str(), (total_ - done) / std::max(rate, 1e-6));
     std::fflush(stderr);
 }
 
@@ -70,8 +75,8 @@ bool parse_bytes(const std::string& text, std::uint64_t* bytes) {
     static constexpr struct {
         const char* name;
         double factor;
-    } kUnits[] = {{"", 1},          {"B", 1},          {"KiB", 1024.0},    {"MiB", 1048576.0}, {"GiB", 1073741824.0},
-                  {"KB", 1e3},      {"kB", 1e3},       {"MB", 1e6},        {"GB", 1e9}};
+    } kUnits[] = {{"", 1},     {"B", 1},    {"KiB", 1024.0}, {"MiB", 1048576.0}, {"GiB", 1073741824.0},
+                  {"KB", 1e3}, {"kB", 1e3}, {"MB", 1e6},     {"GB", 1e9}};
     for (const auto& unit : kUnits)
         if (std::strcmp(end, unit.name) == 0 && number * unit.factor < 9e15) {
             *bytes = static_cast<std::uint64_t>(number * unit.factor);
@@ -99,23 +104,34 @@ nlohmann::json stage_summary(std::vector<double> ms) {
     std::sort(ms.begin(), ms.end());
     double sum = 0;
     for (const double m : ms) sum += m;
-    const auto quantile = [&](double q) { return ms[static_cast<std::size_t>(q * static_cast<double>(ms.size() - 1) + 0.5)]; };
-    return {{"p50_ms", quantile(0.5)}, {"p95_ms", quantile(0.95)}, {"mean_ms", sum / static_cast<double>(ms.size())}};
+    const auto quantile = [&](double q) {
+        return ms[static_cast<std::size_t>(q * static_cast<double>(ms.size() - 1) + 0.5)];
+    };
+    return {{"p50_ms", quantile(0.5)},
+            {"p95_ms", quantile(0.95)},
+            {"mean_ms", sum / static_cast<double>(ms.size())}};
 }
 
 MapOptions::MapOptions() { config.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u); }
 
 void MapOptions::add_to(CLI::App& app) {
     app.add_option("--voxel", config.voxel_m, "edge of a voxel, metres")->capture_default_str();
-    app.add_option("--truncation", config.truncation_voxels, "truncation distance, voxels")->capture_default_str();
-    app.add_option("--truncation-model", truncation_model, "constant, or quadratic in depth (Chisel)")->capture_default_str();
-    app.add_option("--truncation-scale", config.truncation_scale, "factor of the quadratic model")->capture_default_str();
-    app.add_option("--min-depth", config.min_depth_m, "nearer readings are ignored, metres")->capture_default_str();
-    app.add_option("--max-depth", config.max_depth_m, "farther readings are ignored, metres")->capture_default_str();
+    app.add_option("--truncation", config.truncation_voxels, "truncation distance, voxels")
+        ->capture_default_str();
+    app.add_option("--truncation-model", truncation_model, "constant, or quadratic in depth (Chisel)")
+        ->capture_default_str();
+    app.add_option("--truncation-scale", config.truncation_scale, "factor of the quadratic model")
+        ->capture_default_str();
+    app.add_option("--min-depth", config.min_depth_m, "nearer readings are ignored, metres")
+        ->capture_default_str();
+    app.add_option("--max-depth", config.max_depth_m, "farther readings are ignored, metres")
+        ->capture_default_str();
     app.add_option("--weight", weight, "constant or inverse-z2")->capture_default_str();
-    app.add_option("--drop", drop, "weight behind the surface: none, linear or exponential")->capture_default_str();
+    app.add_option("--drop", drop, "weight behind the surface: none, linear or exponential")
+        ->capture_default_str();
     app.add_flag("--angle-weight", config.angle_weight, "weigh by the angle of view");
-    app.add_option("--max-weight", config.max_weight, "observations the running average remembers")->capture_default_str();
+    app.add_option("--max-weight", config.max_weight, "observations the running average remembers")
+        ->capture_default_str();
     app.add_flag("--no-carve", no_carve, "do not clear space that rays pass through");
     app.add_flag("--bilateral", config.bilateral, "smooth each depth image, edges kept");
     app.add_flag("--edge-removal", config.edge_removal, "drop readings on jumps in depth");
@@ -125,7 +141,8 @@ void MapOptions::add_to(CLI::App& app) {
 }
 
 Status MapOptions::finish() {
-    const auto choice = [](const char* flag, const std::string& value, std::vector<const char*> names, std::uint32_t* out) -> Status {
+    const auto choice = [](const char* flag, const std::string& value, std::vector<const char*> names,
+                           std::uint32_t* out) -> Status {
         std::string expected;
         for (std::size_t i = 0; i < names.size(); ++i) {
             if (value == names[i]) {
@@ -134,22 +151,27 @@ Status MapOptions::finish() {
             }
             expected += std::string(i ? ", " : "") + names[i];
         }
-        return Status::error(Code::invalid_argument, "%s: '%s', expected one of %s", flag, value.c_str(), expected.c_str());
+        return Status::error(Code::invalid_argument, "%s: '%s', expected one of %s", flag, value.c_str(),
+                             expected.c_str());
     };
     BURIN_TRY(choice("--weight", weight, {"constant", "inverse-z2"}, &config.weight));
     BURIN_TRY(choice("--drop", drop, {"none", "linear", "exponential"}, &config.drop));
     BURIN_TRY(choice("--truncation-model", truncation_model, {"constant", "quadratic"}, &config.truncation));
     if (!parse_bytes(budget, &config.budget_bytes))
-        return Status::error(Code::invalid_argument, "--budget: '%s', expected a size such as 64MiB or 1GiB", budget.c_str());
+        return Status::error(Code::invalid_argument, "--budget: '%s', expected a size such as 64MiB or 1GiB",
+                             budget.c_str());
     config.carve = !no_carve;
     config.colour = !no_colour;
     return {};
 }
 
 void MeshFlags::add_to(CLI::App& app) {
-    app.add_option("--min-weight", options.min_weight, "observations a voxel needs to be known")->capture_default_str();
-    app.add_option("--max-jump", options.max_jump_voxels, "larger differences between voxels are no surface")->capture_default_str();
-    app.add_option("--min-component", min_component, "connected pieces of fewer triangles are dropped")->capture_default_str();
+    app.add_option("--min-weight", options.min_weight, "observations a voxel needs to be known")
+        ->capture_default_str();
+    app.add_option("--max-jump", options.max_jump_voxels, "larger differences between voxels are no surface")
+        ->capture_default_str();
+    app.add_option("--min-component", min_component, "connected pieces of fewer triangles are dropped")
+        ->capture_default_str();
 }
 
 Status status_of(burin_status status, burin_map map) {
@@ -175,7 +197,8 @@ Status extract_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh) {
     if (vertices == 0) return {};
     BURIN_TRY(status_of(burin_mesh(map, &flags.options, &buffers), map));
     std::vector<std::uint32_t> scratch(2 * vertices);
-    BURIN_TRY(status_of(burin_mesh_remove_small(&buffers, flags.min_component, scratch.data()), burin_map{0, 0}));
+    BURIN_TRY(
+        status_of(burin_mesh_remove_small(&buffers, flags.min_component, scratch.data()), burin_map{0, 0}));
     mesh->positions.resize(buffers.vertex_count);
     mesh->normals.resize(buffers.vertex_count);
     mesh->colours.resize(buffers.vertex_count);
@@ -191,7 +214,8 @@ OwnedMap::~OwnedMap() {
 Status OwnedMap::create(const burin_config& config) {
     BURIN_TRY(status_of(burin_bytes(&config, &bytes_), burin_map{0, 0}));
     // Pages that are never touched cost nothing, so a large budget is no burden for a small scene.
-    void* memory = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    void* memory =
+        mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED)
         return Status::error(Code::insufficient_memory, "--budget: the system does not give %llu bytes",
                              static_cast<unsigned long long>(bytes_));
@@ -211,7 +235,9 @@ Status OwnedMap::open(const std::string& path, unsigned threads) {
 Status prepare_folder(const std::string& path) {
     std::error_code error;
     std::filesystem::create_directories(path, error);
-    if (error) return Status::error(Code::io, "%s: cannot create the folder: %s", path.c_str(), error.message().c_str());
+    if (error)
+        return Status::error(Code::io, "%s: cannot create the folder: %s", path.c_str(),
+                             error.message().c_str());
     if (access(path.c_str(), W_OK) != 0 || !std::filesystem::is_directory(path))
         return Status::error(Code::io, "%s: cannot write here: %s", path.c_str(), std::strerror(errno));
     return {};

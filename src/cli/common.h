@@ -19,8 +19,8 @@ inline constexpr int kDone = 0, kFailed = 1, kBadInput = 2;
 
 // Prints "burin: text" on stderr and returns `exit`.
 int complain(int exit, const std::string& text);
-// The same for a status met while reading input (always kBadInput) or while producing output (kFailed for io, memory
-// and state, else kBadInput).
+// The same for a status met while reading input (always kBadInput) or while producing output (kFailed for io,
+// memory and state, else kBadInput).
 int complain_input(const Status& status);
 int complain_output(const Status& status);
 
@@ -66,7 +66,8 @@ struct MapOptions {
 // Options of the final mesh.
 struct MeshFlags {
     burin_mesh_options options = burin_mesh_options_default();
-    std::uint64_t min_component = 50;  // triangles: at 5 mm voxels a patch of 25 mm, less than what one would miss
+    std::uint64_t min_component =
+        50;  // triangles: at 5 mm voxels a patch of 25 mm, less than what one would miss
     void add_to(CLI::App& app);
 };
 

@@ -24,7 +24,17 @@ struct Totals {
 };
 
 burin_camera c_camera(const Camera& c) {
-    return {static_cast<std::uint32_t>(c.width), static_cast<std::uint32_t>(c.height), c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+    return {static_cast<std::uint32_t>(c.width),
+            static_cast<std::uint32_t>(c.height),
+            c.fx,
+            c.fy,
+            c.cx,
+            c.cy,
+            c.k1,
+            c.k2,
+            c.p1,
+            c.p2,
+            c.k3};
 }
 
 burin_pose c_pose(const Se3& T) {
@@ -56,9 +66,11 @@ class MeshStream {
     MeshStream() : positions_(3 * 1944), normals_(3 * 1944), colours_(3 * 1944), triangles_(3 * 2560) {}
     Status update(burin_map map, const burin_mesh_options& options) {
         std::uint64_t count = 0;
-        while (burin_dirty_chunks(map, keys_.data(), keys_.size(), &count) == BURIN_INSUFFICIENT_MEMORY) keys_.resize(count);
+        while (burin_dirty_chunks(map, keys_.data(), keys_.size(), &count) == BURIN_INSUFFICIENT_MEMORY)
+            keys_.resize(count);
         for (std::uint64_t i = 0; i < count; ++i) {
-            burin_mesh_buffers buffers = {1944, 2560, positions_.data(), normals_.data(), colours_.data(), triangles_.data(), 0, 0};
+            burin_mesh_buffers buffers = {
+                1944, 2560, positions_.data(), normals_.data(), colours_.data(), triangles_.data(), 0, 0};
             BURIN_TRY(status_of(burin_chunk_mesh(map, keys_[i], &options, &buffers), map));
         }
         return {};
@@ -72,7 +84,8 @@ class MeshStream {
 };
 
 // Feeds frames begin..end-1 to the map. The first failing status is returned with the frame it belongs to.
-Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int end, burin_map map, Totals* totals) {
+Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int end, burin_map map,
+                   Totals* totals) {
     // Decoding a VGA pair takes about 8 ms on one core; two frames ahead hide its jitter.
     FramePrefetcher prefetcher(dataset, begin, end, 4, 1);
     Progress progress("fuse", end - begin, o.quiet);
@@ -90,7 +103,8 @@ Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int 
         burin_frame_result result;
         const burin_status status = burin_integrate(map, &in, &result);
         if (status != BURIN_OK)
-            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.dataset.c_str(), prefetcher.index(), burin_last_error(map));
+            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.dataset.c_str(),
+                                 prefetcher.index(), burin_last_error(map));
         ++totals->fused;
         totals->dropped += result.chunks_dropped;
         totals->full_frames += (result.flags & BURIN_FLAG_POOL_FULL) != 0;
@@ -105,7 +119,8 @@ Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int 
         burin_stats(map, &stats);
         const double used = static_cast<double>(stats.chunks_live) / stats.chunks_capacity;
         char memory[80];
-        std::snprintf(memory, sizeof memory, "memory %.0f/%.0f MiB", used * static_cast<double>(stats.arena_bytes) / 1048576,
+        std::snprintf(memory, sizeof memory, "memory %.0f/%.0f MiB",
+                      used * static_cast<double>(stats.arena_bytes) / 1048576,
                       static_cast<double>(stats.arena_bytes) / 1048576);
         progress.update(i + 1, memory);
     }
@@ -132,7 +147,10 @@ nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t)
               {"dropped", t.dropped},
               {"evicted", 0},
               {"reloaded", 0}}},
-            {"memory", {{"budget_bytes", o.map.config.budget_bytes}, {"arena_bytes", s.arena_bytes}, {"peak_rss_bytes", peak_rss_bytes()}}},
+            {"memory",
+             {{"budget_bytes", o.map.config.budget_bytes},
+              {"arena_bytes", s.arena_bytes},
+              {"peak_rss_bytes", peak_rss_bytes()}}},
             {"voxel_m", s.voxel_m},
             {"truncation_m", s.truncation_m},
             {"threads", o.map.config.threads},
@@ -150,8 +168,9 @@ int run(FuseOptions& o) {
     if (!dataset.ok()) return complain_input(dataset.status());
     end = std::min(end, (*dataset)->frame_count());
     if (begin >= end)
-        return complain(kBadInput, o.dataset + ": " + std::to_string((*dataset)->frame_count()) + " frames, --frames asks for those from " +
-                                       std::to_string(begin) + " on");
+        return complain(kBadInput, o.dataset + ": " + std::to_string((*dataset)->frame_count()) +
+                                       " frames, --frames asks for those from " + std::to_string(begin) +
+                                       " on");
     // The first frame tells the size that the map has to make room for.
     Frame first;
     if (const Status status = (*dataset)->load(begin, &first); !status.ok()) return complain_input(status);
@@ -161,33 +180,46 @@ int run(FuseOptions& o) {
     OwnedMap map;
     if (const Status status = map.create(o.map.config); !status.ok()) return complain_input(status);
     if (!o.resume.empty())
-        if (const Status status = status_of(burin_load(map.get(), o.resume.c_str()), map.get()); !status.ok()) return complain_input(status);
+        if (const Status status = status_of(burin_load(map.get(), o.resume.c_str()), map.get()); !status.ok())
+            return complain_input(status);
     if (const Status status = prepare_folder(o.output); !status.ok()) return complain_output(status);
-    if (!o.quiet && !(*dataset)->notes().empty()) std::fprintf(stderr, "burin: %s\n", (*dataset)->notes().c_str());
+    if (!o.quiet && !(*dataset)->notes().empty())
+        std::fprintf(stderr, "burin: %s\n", (*dataset)->notes().c_str());
 
     Totals totals;
-    if (const Status status = fuse_frames(o, **dataset, begin, end, map.get(), &totals); !status.ok()) return complain_input(status);
-    if (totals.fused == 0) return complain(kBadInput, o.dataset + ": none of the " + std::to_string(totals.without_pose) + " frames has a pose");
+    if (const Status status = fuse_frames(o, **dataset, begin, end, map.get(), &totals); !status.ok())
+        return complain_input(status);
+    if (totals.fused == 0)
+        return complain(kBadInput, o.dataset + ": none of the " + std::to_string(totals.without_pose) +
+                                       " frames has a pose");
     if (totals.dropped > 0)
-        std::fprintf(stderr, "burin: the map is full: %llu chunks dropped in %d of %d frames; raise --budget (now %s) or --voxel\n",
-                     static_cast<unsigned long long>(totals.dropped), totals.full_frames, totals.fused, o.map.budget.c_str());
+        std::fprintf(stderr,
+                     "burin: the map is full: %llu chunks dropped in %d of %d frames; raise --budget (now "
+                     "%s) or --voxel\n",
+                     static_cast<unsigned long long>(totals.dropped), totals.full_frames, totals.fused,
+                     o.map.budget.c_str());
 
     TriangleMesh mesh;
     const double start = now_ms();
-    if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok()) return complain_output(status);
+    if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok())
+        return complain_output(status);
     if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
     if (o.map.no_colour) mesh.colours.clear();
 
-    if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok()) return complain_output(status);
-    if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get()); !status.ok())
+    if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok())
+        return complain_output(status);
+    if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get());
+        !status.ok())
         return complain_output(status);
     const nlohmann::json report = make_report(o, map.get(), totals);
-    if (const Status status = write_json(o.output + "/report.json", report); !status.ok()) return complain_output(status);
+    if (const Status status = write_json(o.output + "/report.json", report); !status.ok())
+        return complain_output(status);
     if (o.json) {
         std::printf("%s\n", report.dump().c_str());
     } else if (!o.quiet) {
-        std::printf("%s: %zu vertices, %zu triangles from %d frames (%d without a pose)\n", (o.output + "/" + o.mesh_name).c_str(),
-                    mesh.positions.size(), mesh.triangles.size(), totals.fused, totals.without_pose);
+        std::printf("%s: %zu vertices, %zu triangles from %d frames (%d without a pose)\n",
+                    (o.output + "/" + o.mesh_name).c_str(), mesh.positions.size(), mesh.triangles.size(),
+                    totals.fused, totals.without_pose);
     }
     return kDone;
 }
@@ -195,15 +227,18 @@ int run(FuseOptions& o) {
 }  // namespace
 
 void add_fuse(CLI::App& app, int* exit) {
-    auto* command = app.add_subcommand("fuse", "Fuse a recorded sequence with poses: mesh.ply, map.burin, report.json");
+    auto* command =
+        app.add_subcommand("fuse", "Fuse a recorded sequence with poses: mesh.ply, map.burin, report.json");
     auto o = std::make_shared<FuseOptions>();
     command->add_option("dataset", o->dataset, "folder of the sequence")->required();
     command->add_option("-o,--output", o->output, "folder for the results")->required();
     command->add_option("--format", o->format, "layout of the data set (recognised by itself otherwise)");
     command->add_option("--frames", o->frames, "A:B, only frames A..B-1");
-    command->add_option("--mesh", o->mesh_name, "name of the mesh file: .ply .obj .glb .stl")->capture_default_str();
+    command->add_option("--mesh", o->mesh_name, "name of the mesh file: .ply .obj .glb .stl")
+        ->capture_default_str();
     command->add_option("--resume", o->resume, "a map.burin to go on from");
-    command->add_flag("--stream-mesh", o->stream_mesh, "also mesh the changed chunks after every frame, as an app would");
+    command->add_flag("--stream-mesh", o->stream_mesh,
+                      "also mesh the changed chunks after every frame, as an app would");
     command->add_flag("--json", o->json, "print the report on stdout");
     command->add_flag("--quiet", o->quiet, "no progress, no notes");
     o->map.add_to(*command);

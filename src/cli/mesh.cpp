@@ -21,15 +21,22 @@ int run(const Options& o) {
     if (const Status status = map.open(o.map, o.threads); !status.ok()) return complain_input(status);
     TriangleMesh mesh;
     const double start = now_ms();
-    if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok()) return complain_output(status);
+    if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok())
+        return complain_output(status);
     const double ms = now_ms() - start;
     burin_statistics stats;
     burin_stats(map.get(), &stats);
     if (const Status status = write_mesh(o.output, mesh); !status.ok()) return complain_output(status);
     if (o.json)
-        std::printf("%s\n", nlohmann::json({{"vertices", mesh.positions.size()}, {"triangles", mesh.triangles.size()}, {"mesh_ms", ms}, {"chunks", stats.chunks_live}}).dump().c_str());
+        std::printf("%s\n", nlohmann::json({{"vertices", mesh.positions.size()},
+                                            {"triangles", mesh.triangles.size()},
+                                            {"mesh_ms", ms},
+                                            {"chunks", stats.chunks_live}})
+                                .dump()
+                                .c_str());
     else if (!o.quiet)
-        std::printf("%s: %zu vertices, %zu triangles\n", o.output.c_str(), mesh.positions.size(), mesh.triangles.size());
+        std::printf("%s: %zu vertices, %zu triangles\n", o.output.c_str(), mesh.positions.size(),
+                    mesh.triangles.size());
     return kDone;
 }
 

@@ -28,8 +28,11 @@ bool mode_of(const std::string& text, RenderMode* mode) {
     static constexpr struct {
         const char* name;
         RenderMode mode;
-    } kModes[] = {{"shaded", RenderMode::shaded}, {"shaded-colour", RenderMode::shaded_colour}, {"colour", RenderMode::colour},
-                  {"normals", RenderMode::normals}, {"depth", RenderMode::depth}};
+    } kModes[] = {{"shaded", RenderMode::shaded},
+                  {"shaded-colour", RenderMode::shaded_colour},
+                  {"colour", RenderMode::colour},
+                  {"normals", RenderMode::normals},
+                  {"depth", RenderMode::depth}};
     for (const auto& known : kModes)
         if (text == known.name) {
             *mode = known.mode;
@@ -53,14 +56,16 @@ Status viewpoint(const Options& o, const TriangleMesh& mesh, int width, int heig
         const auto trajectory = read_tum_trajectory(o.trajectory);
         if (!trajectory.ok()) return trajectory.status();
         if (o.frame < 0 || o.frame >= static_cast<int>(trajectory->size()))
-            return Status::error(Code::invalid_argument, "--frame: %d, expected 0 to %zu (%s)", o.frame, trajectory->size() - 1, o.trajectory.c_str());
+            return Status::error(Code::invalid_argument, "--frame: %d, expected 0 to %zu (%s)", o.frame,
+                                 trajectory->size() - 1, o.trajectory.c_str());
         view->T_world_camera = (*trajectory)[static_cast<std::size_t>(o.frame)].T_world_camera;
         return {};
     }
     static constexpr struct {
         const char* name;
         Vec3d up;
-    } kUps[] = {{"x", {1, 0, 0}}, {"y", {0, 1, 0}}, {"z", {0, 0, 1}}, {"-x", {-1, 0, 0}}, {"-y", {0, -1, 0}}, {"-z", {0, 0, -1}}};
+    } kUps[] = {{"x", {1, 0, 0}},   {"y", {0, 1, 0}},   {"z", {0, 0, 1}},
+                {"-x", {-1, 0, 0}}, {"-y", {0, -1, 0}}, {"-z", {0, 0, -1}}};
     for (const auto& known : kUps)
         if (o.up == known.name) {
             const auto found = view_for(mesh, width, height, known.up);
@@ -79,7 +84,17 @@ Status raycast_picture(burin_map map, const Viewpoint& view, RenderMode mode, Im
     std::vector<float> depth(n), normals(3 * n);
     *out = Image<std::uint8_t>(c.width, c.height, 3, 255);
     std::vector<std::uint8_t> rgb(3 * n);
-    const burin_camera camera = {static_cast<std::uint32_t>(c.width), static_cast<std::uint32_t>(c.height), c.fx, c.fy, c.cx, c.cy, 0, 0, 0, 0, 0};
+    const burin_camera camera = {static_cast<std::uint32_t>(c.width),
+                                 static_cast<std::uint32_t>(c.height),
+                                 c.fx,
+                                 c.fy,
+                                 c.cx,
+                                 c.cy,
+                                 0,
+                                 0,
+                                 0,
+                                 0,
+                                 0};
     const Quaternion q = quaternion_of(view.T_world_camera.R);
     const Vec3d t = view.T_world_camera.t;
     const burin_pose pose = {t.x, t.y, t.z, q.x, q.y, q.z, q.w};
@@ -92,17 +107,30 @@ Status raycast_picture(burin_map map, const Viewpoint& view, RenderMode mode, Im
         }
     for (std::size_t i = 0; i < n; ++i) {
         if (depth[i] <= 0) continue;
-        const int x = static_cast<int>(i % static_cast<std::size_t>(c.width)), y = static_cast<int>(i / static_cast<std::size_t>(c.width));
-        const Vec3d ray = normalised(view.T_world_camera.R * unproject(c, {static_cast<double>(x), static_cast<double>(y)}));
-        const double facing = std::fabs(ray.x * normals[3 * i] + ray.y * normals[3 * i + 1] + ray.z * normals[3 * i + 2]);
+        const int x = static_cast<int>(i % static_cast<std::size_t>(c.width)),
+                  y = static_cast<int>(i / static_cast<std::size_t>(c.width));
+        const Vec3d ray = normalised(view.T_world_camera.R *
+                                     unproject(c, {static_cast<double>(x), static_cast<double>(y)}));
+        const double facing =
+            std::fabs(ray.x * normals[3 * i] + ray.y * normals[3 * i + 1] + ray.z * normals[3 * i + 2]);
         for (std::size_t k = 0; k < 3; ++k) {
             double value = 0;
             switch (mode) {
-                case RenderMode::shaded: value = 220 * (0.25 + 0.75 * facing); break;
-                case RenderMode::shaded_colour: value = rgb[3 * i + k] * (0.35 + 0.65 * facing); break;
-                case RenderMode::colour: value = rgb[3 * i + k]; break;
-                case RenderMode::normals: value = 127.5 + 127.5 * normals[3 * i + k]; break;
-                case RenderMode::depth: value = 255 - 225 * (depth[i] - near_m) / std::max(far_m - near_m, 1e-6f); break;
+                case RenderMode::shaded:
+                    value = 220 * (0.25 + 0.75 * facing);
+                    break;
+                case RenderMode::shaded_colour:
+                    value = rgb[3 * i + k] * (0.35 + 0.65 * facing);
+                    break;
+                case RenderMode::colour:
+                    value = rgb[3 * i + k];
+                    break;
+                case RenderMode::normals:
+                    value = 127.5 + 127.5 * normals[3 * i + k];
+                    break;
+                case RenderMode::depth:
+                    value = 255 - 225 * (depth[i] - near_m) / std::max(far_m - near_m, 1e-6f);
+                    break;
             }
             out->pixels[3 * i + k] = static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
         }
@@ -112,9 +140,12 @@ Status raycast_picture(burin_map map, const Viewpoint& view, RenderMode mode, Im
 
 int run(const Options& o) {
     RenderMode mode;
-    if (!mode_of(o.mode, &mode)) return complain(kBadInput, "--mode: '" + o.mode + "', expected shaded, shaded-colour, colour, normals or depth");
+    if (!mode_of(o.mode, &mode))
+        return complain(kBadInput,
+                        "--mode: '" + o.mode + "', expected shaded, shaded-colour, colour, normals or depth");
     int width = 0, height = 0;
-    if (std::sscanf(o.size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide)
+    if (std::sscanf(o.size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1 ||
+        width > kMaxImageSide || height > kMaxImageSide)
         return complain(kBadInput, "--size: '" + o.size + "', expected WIDTHxHEIGHT");
     if (!(o.fov_deg > 1 && o.fov_deg < 160)) return complain(kBadInput, "--fov: expected 1 to 160 degrees");
 
@@ -126,18 +157,21 @@ int run(const Options& o) {
         if (const Status status = map.open(o.input, o.threads); !status.ok()) return complain_input(status);
         // The overview is chosen by the surface, so it has to be extracted; from a pose the rays are enough.
         if (overview)
-            if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok()) return complain_input(status);
+            if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok())
+                return complain_input(status);
     } else {
         auto read = read_ply(o.input);
         if (!read.ok()) return complain_input(read.status());
         mesh = std::move(*read);
     }
     Viewpoint view;
-    if (const Status status = viewpoint(o, mesh, width, height, &view); !status.ok()) return complain_input(status);
+    if (const Status status = viewpoint(o, mesh, width, height, &view); !status.ok())
+        return complain_input(status);
 
     Image<std::uint8_t> picture;
     if (from_map && !view.cull_back_faces) {
-        if (const Status status = raycast_picture(map.get(), view, mode, &picture); !status.ok()) return complain_input(status);
+        if (const Status status = raycast_picture(map.get(), view, mode, &picture); !status.ok())
+            return complain_input(status);
     } else {
         Jobs jobs(static_cast<int>(o.threads));
         RenderOptions options;
@@ -147,7 +181,9 @@ int run(const Options& o) {
         if (!rendered.ok()) return complain_input(rendered.status());
         picture = std::move(*rendered);
     }
-    if (const Status status = write_png(o.output, static_cast<View<const std::uint8_t>>(picture.view())); !status.ok()) return complain_output(status);
+    if (const Status status = write_png(o.output, static_cast<View<const std::uint8_t>>(picture.view()));
+        !status.ok())
+        return complain_output(status);
     if (!o.quiet) std::printf("%s: %dx%d, %s\n", o.output.c_str(), width, height, o.mode.c_str());
     return kDone;
 }
@@ -155,18 +191,23 @@ int run(const Options& o) {
 }  // namespace
 
 void add_render(CLI::App& app, int* exit) {
-    auto* command = app.add_subcommand("render", "Draw a map (by ray casting) or a mesh (PLY) to a PNG picture");
+    auto* command =
+        app.add_subcommand("render", "Draw a map (by ray casting) or a mesh (PLY) to a PNG picture");
     auto o = std::make_shared<Options>();
     command->add_option("input", o->input, "a map.burin or a mesh.ply")->required();
     command->add_option("-o,--output", o->output, "PNG file")->required();
-    command->add_option("--mode", o->mode, "shaded, shaded-colour, colour, normals or depth")->capture_default_str();
+    command->add_option("--mode", o->mode, "shaded, shaded-colour, colour, normals or depth")
+        ->capture_default_str();
     command->add_option("--size", o->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
     command->add_option("--pose", o->pose, "camera pose \"tx ty tz qx qy qz qw\" (default: an overview)");
     command->add_option("--trajectory", o->trajectory, "TUM trajectory to take the pose from, with --frame");
     command->add_option("--frame", o->frame, "pose of the trajectory")->capture_default_str();
-    command->add_option("--fov", o->fov_deg, "horizontal field of view for a given pose, degrees")->capture_default_str();
-    command->add_option("--up", o->up, "up axis of the world, for the overview: x, y, z, -x, -y or -z")->capture_default_str();
-    command->add_flag("--cull", o->cull, "do not draw surfaces seen from behind (a mesh is drawn, also of a map)");
+    command->add_option("--fov", o->fov_deg, "horizontal field of view for a given pose, degrees")
+        ->capture_default_str();
+    command->add_option("--up", o->up, "up axis of the world, for the overview: x, y, z, -x, -y or -z")
+        ->capture_default_str();
+    command->add_flag("--cull", o->cull,
+                      "do not draw surfaces seen from behind (a mesh is drawn, also of a map)");
     command->add_option("--threads", o->threads, "worker threads")->capture_default_str();
     command->add_flag("--quiet", o->quiet, "print nothing");
     o->mesh.add_to(*command);

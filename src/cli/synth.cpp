@@ -42,29 +42,45 @@ int run(Options& o) {
     if (!o.no_truth_mesh) {
         const auto mesh = truth_mesh(*scene, 0, jobs);
         if (!mesh.ok()) return complain_output(mesh.status());
-        if (const Status status = write_ply(o.synth.output_dir + "/truth/mesh.ply", *mesh); !status.ok()) return complain_output(status);
+        if (const Status status = write_ply(o.synth.output_dir + "/truth/mesh.ply", *mesh); !status.ok())
+            return complain_output(status);
     }
     if (o.json)
-        std::printf("%s\n", nlohmann::json({{"scene", o.synth.scene}, {"seed", o.synth.seed}, {"frames", trajectory->size()}}).dump().c_str());
+        std::printf(
+            "%s\n",
+            nlohmann::json({{"scene", o.synth.scene}, {"seed", o.synth.seed}, {"frames", trajectory->size()}})
+                .dump()
+                .c_str());
     else if (!o.quiet)
-        std::printf("%s: %zu frames of %s, seed %llu\n", o.synth.output_dir.c_str(), trajectory->size(), o.synth.scene.c_str(),
-                    static_cast<unsigned long long>(o.synth.seed));
+        std::printf("%s: %zu frames of %s, seed %llu\n", o.synth.output_dir.c_str(), trajectory->size(),
+                    o.synth.scene.c_str(), static_cast<unsigned long long>(o.synth.seed));
     return kDone;
 }
 
 }  // namespace
 
 void add_synth(CLI::App& app, int* exit) {
-    auto* command = app.add_subcommand("synth", "Render a sequence with exact truth (room, desk, corridor, relief, figure)");
+    auto* command = app.add_subcommand(
+        "synth", "Render a sequence with exact truth (room, desk, corridor, relief, figure)");
     auto o = std::make_shared<Options>();
     command->add_option("scene", o->synth.scene, "room, desk, corridor, relief or figure")->required();
-    command->add_option("-o,--output", o->synth.output_dir, "folder for the sequence; must not exist or be empty")->required();
-    command->add_option("--frames", o->synth.frames, "number of frames (default: the scene's, or all of the trajectory)")->check(CLI::Range(1, 1000000));
-    command->add_option("--seed", o->synth.seed, "moves furniture, textures and lights")->capture_default_str();
-    command->add_option("--noise", o->noise, "sensor or none")->check(CLI::IsMember({"sensor", "none"}))->capture_default_str();
+    command
+        ->add_option("-o,--output", o->synth.output_dir,
+                     "folder for the sequence; must not exist or be empty")
+        ->required();
+    command
+        ->add_option("--frames", o->synth.frames,
+                     "number of frames (default: the scene's, or all of the trajectory)")
+        ->check(CLI::Range(1, 1000000));
+    command->add_option("--seed", o->synth.seed, "moves furniture, textures and lights")
+        ->capture_default_str();
+    command->add_option("--noise", o->noise, "sensor or none")
+        ->check(CLI::IsMember({"sensor", "none"}))
+        ->capture_default_str();
     command->add_option("--size", o->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
     command->add_option("--trajectory", o->synth.trajectory_file, "fly this TUM trajectory");
-    command->add_flag("--no-truth-images", o->no_truth_images, "leave out the true depth, normals, albedo and labels");
+    command->add_flag("--no-truth-images", o->no_truth_images,
+                      "leave out the true depth, normals, albedo and labels");
     command->add_flag("--no-truth-mesh", o->no_truth_mesh, "leave out truth/mesh.ply");
     command->add_option("--threads", o->threads, "worker threads")->capture_default_str();
     command->add_flag("--json", o->json, "print a summary as JSON");

@@ -40,7 +40,8 @@ inline std::uint16_t convert(std::uint16_t raw, const Conversion& c) {
 }
 
 template <class T>
-void convert_rows(View<const T> in, const Camera& camera, const Conversion& c, std::uint16_t* out, int stride, Jobs& jobs) {
+void convert_rows(View<const T> in, const Camera& camera, const Conversion& c, std::uint16_t* out, int stride,
+                  Jobs& jobs) {
     Camera ideal = camera;
     ideal.k1 = ideal.k2 = ideal.p1 = ideal.p2 = ideal.k3 = 0;
     jobs.run(in.height, [&](int y, int) {
@@ -55,10 +56,11 @@ void convert_rows(View<const T> in, const Camera& camera, const Conversion& c, s
             }
             return;
         }
-        // Rectification: where does the ideal ray of this pixel fall in the recorded image? Nearest reading, since
-        // depths must not be mixed across an edge.
+        // Rectification: where does the ideal ray of this pixel fall in the recorded image? Nearest reading,
+        // since depths must not be mixed across an edge.
         for (int x = 0; x < in.width; ++x) {
-            const Pixel p = project(camera, unproject(ideal, {static_cast<double>(x), static_cast<double>(y)}));
+            const Pixel p =
+                project(camera, unproject(ideal, {static_cast<double>(x), static_cast<double>(y)}));
             to[x] = 0;
             if (!(p.u >= -0.5 && p.v >= -0.5 && p.u < in.width - 0.5 && p.v < in.height - 0.5)) continue;
             const T raw = in.at(static_cast<int>(p.u + 0.5), static_cast<int>(p.v + 0.5));
@@ -82,8 +84,9 @@ void weigh(const DepthImage& image, const DepthOptions& options, std::uint16_t* 
             if (options.inverse_z2_weight) w = std::min(w / (z * z), 4.0f * simd::kWeightOne);
             if (options.angle_weight) {
                 const Camera& c = image.camera;
-                const Vec3f ray = {(static_cast<float>(x) - static_cast<float>(c.cx)) / static_cast<float>(c.fx),
-                                   (static_cast<float>(y) - static_cast<float>(c.cy)) / static_cast<float>(c.fy), 1.0f};
+                const Vec3f ray = {
+                    (static_cast<float>(x) - static_cast<float>(c.cx)) / static_cast<float>(c.fx),
+                    (static_cast<float>(y) - static_cast<float>(c.cy)) / static_cast<float>(c.fy), 1.0f};
                 const Vec3f n = normal_at(image, x, y);
                 // Without a normal (isolated reading) the weight of 84 degrees.
                 w *= std::max(0.1f, -dot(n, ray) / norm(ray));
@@ -153,7 +156,8 @@ void DepthStage::prepare(const FrameView& frame, Jobs& jobs) {
     for (std::uint16_t* plane : {pixels_, scratch_, weights_}) {
         if (!plane) continue;
         std::fill_n(plane, image.stride, std::uint16_t{0});
-        std::fill_n(plane + static_cast<std::size_t>(image.stride) * (height + 1), image.stride + kSlack, std::uint16_t{0});
+        std::fill_n(plane + static_cast<std::size_t>(image.stride) * (height + 1), image.stride + kSlack,
+                    std::uint16_t{0});
         for (int y = 1; y <= height; ++y) {
             plane[static_cast<std::ptrdiff_t>(y) * image.stride] = 0;
             plane[static_cast<std::ptrdiff_t>(y) * image.stride + width + 1] = 0;

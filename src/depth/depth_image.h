@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The depth stage: from a frame's raw depth to what integration reads. Fixed memory, sized by the largest image.
+// The depth stage: from a frame's raw depth to what integration reads. Fixed memory, sized by the largest
+// image.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +11,16 @@
 
 namespace burin {
 
-// Depth with a border of one pixel of zeros. Pixel (x, y) of the image is at (y + 1) * stride + x + 1; 0 = no depth;
-// metres = value * unit_m. `weights` (same layout, in units of simd::kWeightOne per observation) may be null.
+// Depth with a border of one pixel of zeros. Pixel (x, y) of the image is at (y + 1) * stride + x + 1; 0 = no
+// depth; metres = value * unit_m. `weights` (same layout, in units of simd::kWeightOne per observation) may
+// be null.
 struct DepthImage {
     int width = 0, height = 0, stride = 0;
     float unit_m = 0;
     const std::uint16_t* pixels = nullptr;
     const std::uint16_t* weights = nullptr;
-    Camera camera;                       // undistorted
-    std::uint32_t valid = 0;             // pixels with depth
+    Camera camera;                        // undistorted
+    std::uint32_t valid = 0;              // pixels with depth
     float nearest_m = 0, farthest_m = 0;  // over valid pixels
 
     std::uint16_t at(int x, int y) const { return pixels[(y + 1) * stride + x + 1]; }
@@ -31,13 +33,15 @@ struct DepthRange {
 
 // Ranges over tiles of kTile x kTile pixels, then over 2x2 of those, and so on until one tile is left.
 struct DepthTiles {
-    static constexpr int kTile = 4;  // pixels; smaller tiles cost more boxes, larger ones mark more than the band
+    static constexpr int kTile =
+        4;  // pixels; smaller tiles cost more boxes, larger ones mark more than the band
     static constexpr int kMaxLevels = 13;  // 4 * 2^12 = 16384 = kMaxImageSide
     int levels = 0;
     int width[kMaxLevels] = {}, height[kMaxLevels] = {};
     const DepthRange* level[kMaxLevels] = {};
 
-    // A range that holds every valid depth in pixels [x0, x1] x [y0, y1], clipped to the image (it may be wider).
+    // A range that holds every valid depth in pixels [x0, x1] x [y0, y1], clipped to the image (it may be
+    // wider).
     DepthRange over(int x0, int y0, int x1, int y1) const;
 };
 
@@ -56,9 +60,9 @@ class DepthStage {
   public:
     void place(Arena& arena, const DepthOptions& options);
 
-    // Converts, clips to range, rectifies (when the depth camera is distorted), and filters as the options say.
-    // The frame must have been checked: its cameras are valid and its depth is at most max_width x max_height.
-    // `image` and `tiles` stay valid until the next call.
+    // Converts, clips to range, rectifies (when the depth camera is distorted), and filters as the options
+    // say. The frame must have been checked: its cameras are valid and its depth is at most max_width x
+    // max_height. `image` and `tiles` stay valid until the next call.
     void prepare(const FrameView& frame, Jobs& jobs);
 
     DepthImage image;

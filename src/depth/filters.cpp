@@ -26,7 +26,8 @@ float axial_noise_m(float z) { return 0.0012f + 0.0019f * (z - 0.4f) * (z - 0.4f
 
 void bilateral_filter(const DepthImage& in, std::uint16_t* out, Jobs& jobs) {
     // exp(-(dx^2 + dy^2) / (2 * 1.5^2)) for squared offsets 0, 1, 2, 4, 5, 8.
-    static constexpr float kSpatial[9] = {1.0f, 0.80073740f, 0.64118039f, 0, 0.41111229f, 0.32919299f, 0, 0, 0.16901332f};
+    static constexpr float kSpatial[9] = {1.0f,        0.80073740f, 0.64118039f, 0,          0.41111229f,
+                                          0.32919299f, 0,           0,           0.16901332f};
     jobs.run(in.height, [&](int y, int) {
         for (int x = 0; x < in.width; ++x) {
             const int centre = in.at(x, y);
@@ -41,7 +42,8 @@ void bilateral_filter(const DepthImage& in, std::uint16_t* out, Jobs& jobs) {
                     const int value = in.at(x + dx, y + dy);
                     if (value == 0) continue;
                     const float d = static_cast<float>(value - centre);
-                    // exp(-t) ~ (1 - t/8)^8, zero from t = 8 (4 sigma) on: arithmetic only, the same bits everywhere.
+                    // exp(-t) ~ (1 - t/8)^8, zero from t = 8 (4 sigma) on: arithmetic only, the same bits
+                    // everywhere.
                     float w = std::max(0.0f, 1.0f - d * d * inverse / 8.0f);
                     w = w * w;
                     w = w * w;
@@ -101,13 +103,16 @@ Vec3f normal_at(const DepthImage& depth, int x, int y) {
     const int i = (y + 1) * depth.stride + x + 1;
     const int centre = depth.pixels[i];
     if (centre == 0) return {};
-    // A neighbour counts when it has depth and belongs to the same surface; otherwise the centre stands in for it.
+    // A neighbour counts when it has depth and belongs to the same surface; otherwise the centre stands in
+    // for it.
     const auto usable = [&](int j) { return depth.pixels[j] != 0 && !across_jump(centre, depth.pixels[j]); };
-    const bool left = usable(i - 1), right = usable(i + 1), up = usable(i - depth.stride), down = usable(i + depth.stride);
+    const bool left = usable(i - 1), right = usable(i + 1), up = usable(i - depth.stride),
+               down = usable(i + depth.stride);
     if (!(left || right) || !(up || down)) return {};
     const auto at = [&](bool there, int dx, int dy) {
         const int value = there ? depth.pixels[i + dy * depth.stride + dx] : centre;
-        return point_at(depth, there ? x + dx : x, there ? y + dy : y, static_cast<float>(value) * depth.unit_m);
+        return point_at(depth, there ? x + dx : x, there ? y + dy : y,
+                        static_cast<float>(value) * depth.unit_m);
     };
     const Vec3f across = at(right, 1, 0) - at(left, -1, 0), along = at(down, 0, 1) - at(up, 0, -1);
     const Vec3f n = normalised(cross(along, across));  // y down, x right: this order points to the camera

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Filters on bordered depth images (see depth_image.h). All of them treat 0 as "no depth" and never invent depth where
-// there was none.
+// Filters on bordered depth images (see depth_image.h). All of them treat 0 as "no depth" and never invent
+// depth where there was none.
 #pragma once
 
 #include <cstdint>
@@ -15,24 +15,25 @@ namespace burin {
 // Axial noise of a structured-light sensor, metres (Nguyen, Izadi, Lovell 2012): 0.0012 + 0.0019 (z - 0.4)^2.
 float axial_noise_m(float z);
 
-// Two neighbouring readings at depths a and b belong to one surface when |a - b| <= kJump * min(a, b). A plane at 86
-// degrees to the view changes by 2.7 % from pixel to pixel at 525 pixels of focal length; the disparity steps of a
-// Kinect reach 1.5 % at 5 m.
+// Two neighbouring readings at depths a and b belong to one surface when |a - b| <= kJump * min(a, b). A
+// plane at 86 degrees to the view changes by 2.7 % from pixel to pixel at 525 pixels of focal length; the
+// disparity steps of a Kinect reach 1.5 % at 5 m.
 inline constexpr float kJump = 0.03f;
 
-// Edge-preserving smoothing (Tomasi & Manduchi 1998): 5x5 window, spatial sigma 1.5 pixels, range sigma three times
-// axial_noise_m. `out` has the layout of `in`; its border is left alone.
+// Edge-preserving smoothing (Tomasi & Manduchi 1998): 5x5 window, spatial sigma 1.5 pixels, range sigma three
+// times axial_noise_m. `out` has the layout of `in`; its border is left alone.
 void bilateral_filter(const DepthImage& in, std::uint16_t* out, Jobs& jobs);
 
 // Drops readings one of whose four neighbours lies across a jump: the rim where a sensor mixes near and far.
 void remove_edges(const DepthImage& in, std::uint16_t* out, Jobs& jobs);
 
-// Halves the image: each pixel is the mean of those of its 2x2 that belong with the nearest of them. `out` is a
-// bordered image of (width / 2) x (height / 2) with its own stride (width / 2 + 2) and its border set to 0.
+// Halves the image: each pixel is the mean of those of its 2x2 that belong with the nearest of them. `out` is
+// a bordered image of (width / 2) x (height / 2) with its own stride (width / 2 + 2) and its border set to 0.
 DepthImage half_sample(const DepthImage& in, std::uint16_t* out);
 
 // Normal of the surface at a pixel in camera coordinates, towards the camera, by the cross product of central
-// differences (one-sided where a neighbour is missing or across a jump); zero vector when there is no support.
+// differences (one-sided where a neighbour is missing or across a jump); zero vector when there is no
+// support.
 Vec3f normal_at(const DepthImage& depth, int x, int y);
 
 // normal_at for every pixel: 3 floats a pixel, packed rows.

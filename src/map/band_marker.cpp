@@ -27,8 +27,8 @@ float BandMarker::truncation_at(float z) const {
     return std::max(truncation_.floor_m, (truncation_.a * z + truncation_.b) * z + truncation_.c);
 }
 
-void BandMarker::begin(const DepthImage& image, const DepthTiles& tiles, const Se3& T, const simd::TruncationModel& truncation,
-                       float voxel_m) {
+void BandMarker::begin(const DepthImage& image, const DepthTiles& tiles, const Se3& T,
+                       const simd::TruncationModel& truncation, float voxel_m) {
     image_ = &image;
     tiles_ = &tiles;
     truncation_ = truncation;
@@ -48,29 +48,37 @@ void BandMarker::begin(const DepthImage& image, const DepthTiles& tiles, const S
     const double chunk_m = static_cast<double>(voxel_m) * kChunkSide;
     origin_ = {};
     for (int r = 0; r < 3; ++r) {
-        origin_[r] = static_cast<std::int32_t>(std::floor(std::clamp(T.t[r] / chunk_m, -2.0 * kChunkLimit, 2.0 * kChunkLimit)));
+        origin_[r] = static_cast<std::int32_t>(
+            std::floor(std::clamp(T.t[r] / chunk_m, -2.0 * kChunkLimit, 2.0 * kChunkLimit)));
         start_[r] = static_cast<float>((T.t[r] - origin_[r] * chunk_m) / voxel_m);
     }
-    const float half_u = 0.5f * static_cast<float>(image.width), half_v = 0.5f * static_cast<float>(image.height);
+    const float half_u = 0.5f * static_cast<float>(image.width),
+                half_v = 0.5f * static_cast<float>(image.height);
     float half_slope[3];
-    for (int r = 0; r < 3; ++r) half_slope[r] = std::fabs(slope_u_[r]) * half_u + std::fabs(slope_v_[r]) * half_v;
+    for (int r = 0; r < 3; ++r)
+        half_slope[r] = std::fabs(slope_u_[r]) * half_u + std::fabs(slope_v_[r]) * half_v;
     const float reach = truncation_at(image.farthest_m);
-    const Box view = box_of(half_u - 0.5f, half_v - 0.5f, half_slope, image.nearest_m - reach, image.farthest_m + reach);
+    const Box view =
+        box_of(half_u - 0.5f, half_v - 0.5f, half_slope, image.nearest_m - reach, image.farthest_m + reach);
     for (int r = 0; r < 3; ++r) {
         origin_[r] += view.low[r];
         start_[r] -= static_cast<float>(view.low[r] * kChunkSide);
         size_[r] = view.high[r] - view.low[r] + 1;
     }
     size_[0] = (size_[0] + 63) & ~63;
-    // Cut along z first, then along y; a row along x always fits (kMaxImageSide and 50 m bound it far below the grid).
+    // Cut along z first, then along y; a row along x always fits (kMaxImageSide and 50 m bound it far below
+    // the grid).
     const std::size_t row = static_cast<std::size_t>(size_[0]);
     step_[0] = size_[0];
-    step_[1] = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(size_[1]), std::max<std::size_t>(kGridBits / row, 1)));
-    step_[2] = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(size_[2]),
-                                                      std::max<std::size_t>(kGridBits / (row * static_cast<std::size_t>(step_[1])), 1)));
+    step_[1] = static_cast<int>(
+        std::min<std::size_t>(static_cast<std::size_t>(size_[1]), std::max<std::size_t>(kGridBits / row, 1)));
+    step_[2] = static_cast<int>(std::min<std::size_t>(
+        static_cast<std::size_t>(size_[2]),
+        std::max<std::size_t>(kGridBits / (row * static_cast<std::size_t>(step_[1])), 1)));
 }
 
-BandMarker::Box BandMarker::box_of(float u, float v, const float half_slope[3], float z_low, float z_high) const {
+BandMarker::Box BandMarker::box_of(float u, float v, const float half_slope[3], float z_low,
+                                   float z_high) const {
     z_low = std::max(z_low, 0.0f);
     Box box;
     for (int r = 0; r < 3; ++r) {
@@ -78,7 +86,8 @@ BandMarker::Box BandMarker::box_of(float u, float v, const float half_slope[3], 
         const float low = slope - half_slope[r], high = slope + half_slope[r];
         const float world_low = std::min(z_low * low, z_high * low) / voxel_m_ + start_[r];
         const float world_high = std::max(z_low * high, z_high * high) / voxel_m_ + start_[r];
-        // Voxel i has its centre at i + 1/2: the first at or above world_low, the last at or below world_high.
+        // Voxel i has its centre at i + 1/2: the first at or above world_low, the last at or below
+        // world_high.
         box.low[r] = (floor_to_int(world_low - 0.5f - kVoxelMargin) + 1) >> 3;
         box.high[r] = floor_to_int(world_high - 0.5f + kVoxelMargin) >> 3;
     }
@@ -95,7 +104,8 @@ void BandMarker::mark(const Box& box) {
     const int first = low[0] >> 6, last = high[0] >> 6;
     for (int z = low[2]; z <= high[2]; ++z)
         for (int y = low[1]; y <= high[1]; ++y) {
-            std::uint64_t* row = words_ + (static_cast<std::size_t>(z) * slab_size_[1] + y) * (slab_size_[0] / 64);
+            std::uint64_t* row =
+                words_ + (static_cast<std::size_t>(z) * slab_size_[1] + y) * (slab_size_[0] / 64);
             for (int word = first; word <= last; ++word) {
                 std::uint64_t bits = ~std::uint64_t{0};
                 if (word == first) bits &= ~std::uint64_t{0} << (low[0] & 63);
@@ -117,14 +127,16 @@ void BandMarker::mark_tiles() {
     for (int ty = 0; ty < tiles_->height[0]; ++ty) {
         Box previous{{1, 1, 1}, {0, 0, 0}};
         for (int tx = 0; tx < tiles_->width[0]; ++tx) {
-            const DepthRange range = tiles_->level[0][static_cast<std::ptrdiff_t>(ty) * tiles_->width[0] + tx];
+            const DepthRange range =
+                tiles_->level[0][static_cast<std::ptrdiff_t>(ty) * tiles_->width[0] + tx];
             if (range.largest == 0) continue;
             const float near_m = static_cast<float>(range.least) * image_->unit_m;
             const float far_m = static_cast<float>(range.largest) * image_->unit_m;
             if (far_m - near_m <= deep_m) {
                 const float tau = truncation_at(far_m);
                 const Box box = box_of(static_cast<float>(tx * kTile) + 0.5f * (kTile - 1),
-                                       static_cast<float>(ty * kTile) + 0.5f * (kTile - 1), half_slope, near_m - tau, far_m + tau);
+                                       static_cast<float>(ty * kTile) + 0.5f * (kTile - 1), half_slope,
+                                       near_m - tau, far_m + tau);
                 if (!(box == previous)) mark(box);
                 previous = box;
                 continue;
@@ -133,8 +145,10 @@ void BandMarker::mark_tiles() {
                 for (int x = tx * kTile; x < std::min((tx + 1) * kTile, image_->width); ++x) {
                     const std::uint16_t raw = image_->at(x, y);
                     if (raw == 0) continue;
-                    const float depth_m = static_cast<float>(raw) * image_->unit_m, tau = truncation_at(depth_m);
-                    mark(box_of(static_cast<float>(x), static_cast<float>(y), half_pixel, depth_m - tau, depth_m + tau));
+                    const float depth_m = static_cast<float>(raw) * image_->unit_m,
+                                tau = truncation_at(depth_m);
+                    mark(box_of(static_cast<float>(x), static_cast<float>(y), half_pixel, depth_m - tau,
+                                depth_m + tau));
                 }
         }
     }
@@ -155,8 +169,9 @@ bool BandMarker::next_slab() {
     }
     slab_size_[0] = size_[0];
     for (int r = 1; r < 3; ++r) slab_size_[r] = std::min(step_[r], size_[r] - slab_low_[r]);
-    std::memset(words_, 0, static_cast<std::size_t>(slab_size_[0]) / 8 * static_cast<std::size_t>(slab_size_[1]) *
-                               static_cast<std::size_t>(slab_size_[2]));
+    std::memset(words_, 0,
+                static_cast<std::size_t>(slab_size_[0]) / 8 * static_cast<std::size_t>(slab_size_[1]) *
+                    static_cast<std::size_t>(slab_size_[2]));
     mark_tiles();
     cursor_ = 0;
     return true;
@@ -164,7 +179,8 @@ bool BandMarker::next_slab() {
 
 int BandMarker::collect(ChunkKey* keys, int capacity) {
     const std::size_t row = static_cast<std::size_t>(slab_size_[0]) / 64;
-    const std::size_t words = row * static_cast<std::size_t>(slab_size_[1]) * static_cast<std::size_t>(slab_size_[2]);
+    const std::size_t words =
+        row * static_cast<std::size_t>(slab_size_[1]) * static_cast<std::size_t>(slab_size_[2]);
     int count = 0;
     for (; cursor_ < words; ++cursor_) {
         while (words_[cursor_] != 0) {
@@ -172,9 +188,10 @@ int BandMarker::collect(ChunkKey* keys, int capacity) {
             const int bit = std::countr_zero(words_[cursor_]);
             words_[cursor_] &= words_[cursor_] - 1;
             const std::size_t line = cursor_ / row;
-            const Vec3i chunk = {origin_.x + static_cast<int>(cursor_ % row) * 64 + bit,
-                                 origin_.y + slab_low_[1] + static_cast<int>(line % static_cast<std::size_t>(slab_size_[1])),
-                                 origin_.z + slab_low_[2] + static_cast<int>(line / static_cast<std::size_t>(slab_size_[1]))};
+            const Vec3i chunk = {
+                origin_.x + static_cast<int>(cursor_ % row) * 64 + bit,
+                origin_.y + slab_low_[1] + static_cast<int>(line % static_cast<std::size_t>(slab_size_[1])),
+                origin_.z + slab_low_[2] + static_cast<int>(line / static_cast<std::size_t>(slab_size_[1]))};
             if (chunk_in_range(chunk)) keys[count++] = pack_key(chunk);
         }
     }

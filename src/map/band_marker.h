@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Which chunks may the truncation band of a depth image cross? Marks them on a grid of bits over the camera's view, so
-// that no hash is touched until the answer is read. The answer is a superset: integration tests each chunk exactly.
+// Which chunks may the truncation band of a depth image cross? Marks them on a grid of bits over the camera's
+// view, so that no hash is touched until the answer is read. The answer is a superset: integration tests each
+// chunk exactly.
 #pragma once
 
 #include <cstddef>
@@ -47,12 +48,13 @@ class BandMarker {
     const DepthTiles* tiles_ = nullptr;
     simd::TruncationModel truncation_{};
     float voxel_m_ = 0;
-    float slope_u_[3] = {}, slope_v_[3] = {}, slope_1_[3] = {};  // world direction = u, v, 1 times these (z = 1)
-    float start_[3] = {};                                        // camera relative to the origin chunk, in voxels
-    Vec3i origin_;          // chunk at grid position 0 of the whole window
-    int size_[3] = {};      // of the whole window, chunks; x a multiple of 64
+    float slope_u_[3] = {}, slope_v_[3] = {},
+          slope_1_[3] = {};                     // world direction = u, v, 1 times these (z = 1)
+    float start_[3] = {};                       // camera relative to the origin chunk, in voxels
+    Vec3i origin_;                              // chunk at grid position 0 of the whole window
+    int size_[3] = {};                          // of the whole window, chunks; x a multiple of 64
     int slab_low_[3] = {}, slab_size_[3] = {};  // of the current slab within the window; x whole
-    int step_[3] = {};      // size of a full slab
+    int step_[3] = {};                          // size of a full slab
     bool started_ = false;
     std::size_t cursor_ = 0;  // word being read
 };

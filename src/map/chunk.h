@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A chunk is 8 x 8 x 8 voxels. Voxel (x, y, z) of the world lattice has its centre at ((x, y, z) + 1/2) * voxel_m and
-// belongs to chunk (x >> 3, y >> 3, z >> 3). Inside a chunk, voxel i lies at (i & 7, i >> 3 & 7, i >> 6).
+// A chunk is 8 x 8 x 8 voxels. Voxel (x, y, z) of the world lattice has its centre at ((x, y, z) + 1/2) *
+// voxel_m and belongs to chunk (x >> 3, y >> 3, z >> 3). Inside a chunk, voxel i lies at (i & 7, i >> 3 & 7,
+// i >> 6).
 #pragma once
 
 #include <cstdint>
@@ -28,8 +29,8 @@ using ChunkKey = std::uint64_t;
 inline constexpr std::int32_t kChunkLimit = 1 << 20;  // |coordinate| below this: 41 km at 5 mm voxels
 
 inline bool chunk_in_range(Vec3i c) {
-    return c.x > -kChunkLimit && c.x < kChunkLimit && c.y > -kChunkLimit && c.y < kChunkLimit && c.z > -kChunkLimit &&
-           c.z < kChunkLimit;
+    return c.x > -kChunkLimit && c.x < kChunkLimit && c.y > -kChunkLimit && c.y < kChunkLimit &&
+           c.z > -kChunkLimit && c.z < kChunkLimit;
 }
 inline ChunkKey pack_key(Vec3i c) {
     return static_cast<ChunkKey>(c.z + kChunkLimit) << 42 | static_cast<ChunkKey>(c.y + kChunkLimit) << 21 |

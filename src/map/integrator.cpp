@@ -28,7 +28,9 @@ struct Projector {
         offset[2] = t.z;
     }
 
-    double at(int k, Vec3d p) const { return row[k][0] * p.x + row[k][1] * p.y + row[k][2] * p.z + offset[k]; }
+    double at(int k, Vec3d p) const {
+        return row[k][0] * p.x + row[k][1] * p.y + row[k][2] * p.z + offset[k];
+    }
 
     void fill(simd::ProjectiveOffsets* table, double voxel_m) const {
         for (int i = 0; i < kChunkVoxels; ++i) {
@@ -41,7 +43,8 @@ struct Projector {
 
     simd::ProjectiveBase base(ChunkKey key, double voxel_m) const {
         const Vec3i c = unpack_key(key);
-        const Vec3d p = {(c.x * kChunkSide + 0.5) * voxel_m, (c.y * kChunkSide + 0.5) * voxel_m, (c.z * kChunkSide + 0.5) * voxel_m};
+        const Vec3d p = {(c.x * kChunkSide + 0.5) * voxel_m, (c.y * kChunkSide + 0.5) * voxel_m,
+                         (c.z * kChunkSide + 0.5) * voxel_m};
         return {static_cast<float>(at(0, p)), static_cast<float>(at(1, p)), static_cast<float>(at(2, p))};
     }
 };
@@ -85,13 +88,13 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             Projector(image.camera, T_camera_world),
             with_colour,
             {frame.colour.data, frame.colour.width, frame.colour.height, frame.colour.stride, cc.distorted(),
-             static_cast<float>(cc.fx), static_cast<float>(cc.fy), static_cast<float>(cc.cx), static_cast<float>(cc.cy),
-             static_cast<float>(cc.k1), static_cast<float>(cc.k2), static_cast<float>(cc.p1), static_cast<float>(cc.p2),
-             static_cast<float>(cc.k3)},
+             static_cast<float>(cc.fx), static_cast<float>(cc.fy), static_cast<float>(cc.cx),
+             static_cast<float>(cc.cy), static_cast<float>(cc.k1), static_cast<float>(cc.k2),
+             static_cast<float>(cc.p1), static_cast<float>(cc.p2), static_cast<float>(cc.k3)},
             {},
             Projector(cc, frame.T_colour_depth * T_camera_world)};
-    // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along the ray covers
-    // slopes up to 60 degrees.
+    // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along the ray
+    // covers slopes up to 60 degrees.
     job.colour_model.band = static_cast<std::int16_t>(
         std::min(32766.0f, 2.0f * volume.voxel_m() / options_.truncation.truncation_m * 32767.0f));
     job.colour_model.frame = frame_number;
@@ -111,7 +114,8 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
     const int items = (count + kChunksPerItem - 1) / kChunksPerItem;
     const auto for_each = [&](auto&& body) {
         job.jobs.run(items, [&](int item, int) {
-            for (int i = item * kChunksPerItem; i < std::min(count, (item + 1) * kChunksPerItem); ++i) body(i);
+            for (int i = item * kChunksPerItem; i < std::min(count, (item + 1) * kChunksPerItem); ++i)
+                body(i);
         });
     };
     const double voxel_m = volume.voxel_m();
@@ -124,9 +128,10 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         alignas(64) std::int16_t distances[kChunkVoxels];
         simd::DepthWindow unweighted = job.window;
         unweighted.weights = nullptr;
-        touched_[i] = simd::observe_chunk(unweighted, *depth_offsets_, job.depth_projector.base(keys_[i], voxel_m),
-                                          options_.truncation, distances, nullptr)
-                          .touched;
+        touched_[i] =
+            simd::observe_chunk(unweighted, *depth_offsets_, job.depth_projector.base(keys_[i], voxel_m),
+                                options_.truncation, distances, nullptr)
+                .touched;
     });
     for (int i = 0; i < count; ++i) {
         if (!touched_[i]) continue;
@@ -141,13 +146,17 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         alignas(64) std::uint16_t weights[kChunkVoxels];
         std::uint16_t* w = job.window.weights ? weights : nullptr;
         const auto base = job.depth_projector.base(keys_[i], voxel_m);
-        if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w).touched) return;
+        if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w)
+                 .touched)
+            return;
         ChunkGeometry& chunk = volume.geometry(slot);
         const int least = simd::fuse_distances(distances, w, options_.fuse, chunk.sdf, chunk.weight);
-        volume.least_distance(slot) = static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
+        volume.least_distance(slot) =
+            static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
         if (job.with_colour)
-            simd::fuse_colours(distances, job.colour_window, *colour_offsets_, job.colour_projector.base(keys_[i], voxel_m),
-                               job.colour_model, &volume.colour(slot).rgbn[0][0]);
+            simd::fuse_colours(distances, job.colour_window, *colour_offsets_,
+                               job.colour_projector.base(keys_[i], voxel_m), job.colour_model,
+                               &volume.colour(slot).rgbn[0][0]);
         volume.flags(slot) |= kChunkDirty;
         volume.last_seen(slot) = job.frame_number;
         touched_[i] = 1;
@@ -155,8 +164,8 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
     for (int i = 0; i < count; ++i) counts.fused += touched_[i];
 }
 
-// Space carving (Chisel 2015): chunks of the map that the band no longer reaches but that rays pass through take the
-// same +truncation as free voxels of touched chunks do, so that noise and what has moved away fade.
+// Space carving (Chisel 2015): chunks of the map that the band no longer reaches but that rays pass through
+// take the same +truncation as free voxels of touched chunks do, so that noise and what has moved away fade.
 void Integrator::carve(Job& job, IntegrationCounts& counts) {
     Volume& volume = job.volume;
     const DepthImage& image = job.depth.image;
@@ -167,7 +176,8 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
     const float fx = static_cast<float>(image.camera.fx), fy = static_cast<float>(image.camera.fy);
     const float cx = static_cast<float>(image.camera.cx), cy = static_cast<float>(image.camera.cy);
     float to_centre[3];  // from voxel 0's projective coordinates to the chunk centre's
-    for (int k = 0; k < 3; ++k) to_centre[k] = static_cast<float>((p.row[k][0] + p.row[k][1] + p.row[k][2]) * half);
+    for (int k = 0; k < 3; ++k)
+        to_centre[k] = static_cast<float>((p.row[k][0] + p.row[k][1] + p.row[k][2]) * half);
 
     constexpr int kScan = 512;  // chunks an item: a scan step is some 10 ns
     std::atomic<std::uint32_t> carved{0};
@@ -175,7 +185,8 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
         std::uint32_t count = 0;
         for (std::uint32_t slot = static_cast<std::uint32_t>(item) * kScan;
              slot < std::min(volume.live(), (static_cast<std::uint32_t>(item) + 1) * kScan); ++slot) {
-            if (volume.last_seen(slot) == job.frame_number || volume.least_distance(slot) == simd::kFree) continue;
+            if (volume.last_seen(slot) == job.frame_number || volume.least_distance(slot) == simd::kFree)
+                continue;
             const auto base = p.base(volume.key(slot), voxel_m);
             const float z = base.z + to_centre[2], near_z = z - radius;
             if (z + radius <= 0.0f) continue;
@@ -183,14 +194,17 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
             if (near_z <= radius) {  // too close for a useful box
                 range = job.depth.tiles.over(0, 0, image.width - 1, image.height - 1);
             } else {
-                // The chunk's sphere lies within these pixels: |x/z - X/Z| <= (radius + |X/Z| radius) / near_z.
+                // The chunk's sphere lies within these pixels: |x/z - X/Z| <= (radius + |X/Z| radius) /
+                // near_z.
                 const float u = (base.u + to_centre[0]) / z, v = (base.v + to_centre[1]) / z;
                 const float du = radius * (fx + std::fabs(u - cx)) / near_z + 1.0f;
                 const float dv = radius * (fy + std::fabs(v - cy)) / near_z + 1.0f;
-                if (u + du < 0.0f || v + dv < 0.0f || u - du > static_cast<float>(image.width) || v - dv > static_cast<float>(image.height))
+                if (u + du < 0.0f || v + dv < 0.0f || u - du > static_cast<float>(image.width) ||
+                    v - dv > static_cast<float>(image.height))
                     continue;
-                range = job.depth.tiles.over(static_cast<int>(std::max(u - du, 0.0f)), static_cast<int>(std::max(v - dv, 0.0f)),
-                                             static_cast<int>(std::min(u + du, 1e6f)), static_cast<int>(std::min(v + dv, 1e6f)));
+                range = job.depth.tiles.over(
+                    static_cast<int>(std::max(u - du, 0.0f)), static_cast<int>(std::max(v - dv, 0.0f)),
+                    static_cast<int>(std::min(u + du, 1e6f)), static_cast<int>(std::min(v + dv, 1e6f)));
             }
             if (range.largest == 0 ||
                 static_cast<float>(range.largest) * image.unit_m - near_z < options_.truncation.truncation_m)
@@ -198,7 +212,9 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
             alignas(64) std::int16_t distances[kChunkVoxels];
             alignas(64) std::uint16_t weights[kChunkVoxels];
             std::uint16_t* w = job.window.weights ? weights : nullptr;
-            if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w).free) continue;
+            if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w)
+                     .free)
+                continue;
             ChunkGeometry& chunk = volume.geometry(slot);
             if (!simd::carve_distances(distances, w, options_.fuse, chunk.sdf, chunk.weight)) continue;
             int least = simd::kFree;

@@ -28,27 +28,28 @@ class Integrator {
   public:
     void place(Arena& arena, const IntegrationOptions& options);
 
-    // A chunk is touched if and only if the centre of at least one of its voxels lies in the band at its nearest
-    // pixel; voxels in front of the band in touched chunks take +truncation. New chunks are inserted in key order;
-    // those that find no room are counted in `dropped`. `frame_number` >= 1 and different for every call.
-    // `frame` gives the pose and the colour; its depth is `depth.image`.
-    IntegrationCounts integrate(Volume& volume, const DepthStage& depth, const FrameView& frame, std::uint32_t frame_number,
-                                Jobs& jobs);
+    // A chunk is touched if and only if the centre of at least one of its voxels lies in the band at its
+    // nearest pixel; voxels in front of the band in touched chunks take +truncation. New chunks are inserted
+    // in key order; those that find no room are counted in `dropped`. `frame_number` >= 1 and different for
+    // every call. `frame` gives the pose and the colour; its depth is `depth.image`.
+    IntegrationCounts integrate(Volume& volume, const DepthStage& depth, const FrameView& frame,
+                                std::uint32_t frame_number, Jobs& jobs);
 
   private:
     struct Job;  // what all chunks of a frame share
     void fuse_batch(Job& job, int count, IntegrationCounts& counts);
     void carve(Job& job, IntegrationCounts& counts);
 
-    // Chunks taken through the four steps (find, test, insert, fuse) at a time: enough to keep threads busy, and 64 KiB.
+    // Chunks taken through the four steps (find, test, insert, fuse) at a time: enough to keep threads busy,
+    // and 64 KiB.
     static constexpr int kBatch = 4096;
 
     IntegrationOptions options_;
     BandMarker marker_;
     simd::ProjectiveOffsets* depth_offsets_ = nullptr;
     simd::ProjectiveOffsets* colour_offsets_ = nullptr;
-    ChunkKey* keys_ = nullptr;        // kBatch
-    std::uint32_t* slots_ = nullptr;  // kBatch
+    ChunkKey* keys_ = nullptr;         // kBatch
+    std::uint32_t* slots_ = nullptr;   // kBatch
     std::uint8_t* touched_ = nullptr;  // kBatch
 };
 

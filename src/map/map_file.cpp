@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "map/map_file.h"
 
-#include <cerrno>
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -30,7 +30,9 @@ std::uint64_t expected_bytes(const MapFileHead& head) {
     return geometry_at(head.chunks) +
            std::uint64_t{head.chunks} * (sizeof(ChunkGeometry) + (head.has_colour ? sizeof(ChunkColour) : 0));
 }
-std::uint64_t digest_of(const MapFileHead& head) { return hash_bytes(&head, offsetof(MapFileHead, head_hash)); }
+std::uint64_t digest_of(const MapFileHead& head) {
+    return hash_bytes(&head, offsetof(MapFileHead, head_hash));
+}
 
 Status damaged(const char* name, const char* what) {
     return Status::error(Code::format, "%s: map file is damaged: %s", name, what);
@@ -86,13 +88,16 @@ Status save_map(const Volume& volume, MapFileHead head, const char* path, std::u
         BURIN_TRY(file.write(&entry, sizeof entry));
     }
     BURIN_TRY(file.write(kZeros, index_bytes(head.chunks) - std::uint64_t{head.chunks} * sizeof(IndexEntry)));
-    for (std::uint32_t i = 0; i < head.chunks; ++i) BURIN_TRY(file.write(&volume.geometry(scratch[i]), sizeof(ChunkGeometry)));
+    for (std::uint32_t i = 0; i < head.chunks; ++i)
+        BURIN_TRY(file.write(&volume.geometry(scratch[i]), sizeof(ChunkGeometry)));
     if (volume.has_colour())
-        for (std::uint32_t i = 0; i < head.chunks; ++i) BURIN_TRY(file.write(&volume.colour(scratch[i]), sizeof(ChunkColour)));
+        for (std::uint32_t i = 0; i < head.chunks; ++i)
+            BURIN_TRY(file.write(&volume.colour(scratch[i]), sizeof(ChunkColour)));
     return file.commit(true);
 }
 
-Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name, MapFileHead* head) {
+Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name,
+                      MapFileHead* head) {
     if (bytes < sizeof *head)
         return Status::error(Code::format, "%s: %llu bytes long, a map file has at least %zu", name,
                              static_cast<unsigned long long>(file_bytes), kMapFilePage);
@@ -102,16 +107,18 @@ Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_by
     if (head->byte_order != kByteOrder)
         return Status::error(Code::unsupported, "%s: written on a machine of the other byte order", name);
     if (head->version != kMapFileVersion)
-        return Status::error(Code::unsupported, "%s: map file of version %u, this library reads version %u", name, head->version,
-                             kMapFileVersion);
+        return Status::error(Code::unsupported, "%s: map file of version %u, this library reads version %u",
+                             name, head->version, kMapFileVersion);
     if (head->head_hash != digest_of(*head)) return damaged(name, "the checksum of the head does not match");
-    if (!(head->voxel_m > 0) || !(head->truncation_m > 0) || !std::isfinite(head->voxel_m) || !std::isfinite(head->truncation_m) ||
-        head->config_bytes > sizeof head->config || head->has_colour > 1)
+    if (!(head->voxel_m > 0) || !(head->truncation_m > 0) || !std::isfinite(head->voxel_m) ||
+        !std::isfinite(head->truncation_m) || head->config_bytes > sizeof head->config ||
+        head->has_colour > 1)
         return damaged(name, "the head holds impossible values");
     if (file_bytes != expected_bytes(*head))
-        return Status::error(Code::format, "%s: map file is damaged: %llu bytes long, expected %llu for %u chunks", name,
-                             static_cast<unsigned long long>(file_bytes), static_cast<unsigned long long>(expected_bytes(*head)),
-                             head->chunks);
+        return Status::error(Code::format,
+                             "%s: map file is damaged: %llu bytes long, expected %llu for %u chunks", name,
+                             static_cast<unsigned long long>(file_bytes),
+                             static_cast<unsigned long long>(expected_bytes(*head)), head->chunks);
     return {};
 }
 
@@ -121,14 +128,16 @@ Status read_map_head(const char* path, MapFileHead* head) {
     const std::uint64_t size = file.size();
     unsigned char bytes[sizeof(MapFileHead)];
     const std::size_t have = size < sizeof bytes ? static_cast<std::size_t>(size) : sizeof bytes;
-    if (!file.seek(0) || !file.read(bytes, have)) return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
+    if (!file.seek(0) || !file.read(bytes, have))
+        return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
     return parse_map_head(bytes, have, size, path, head);
 }
 
 Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch) {
     volume.clear();
     File file(path);
-    if (!file || !file.seek(kMapFilePage)) return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
+    if (!file || !file.seek(kMapFilePage))
+        return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
     const auto fail = [&](const char* what) {
         volume.clear();
         return damaged(path, what);
@@ -138,7 +147,8 @@ Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::
     for (std::uint32_t i = 0; i < head.chunks; ++i) {
         IndexEntry entry;
         if (!file.read(&entry, sizeof entry)) return fail("the index is cut short");
-        if (entry.key <= previous || !chunk_in_range(unpack_key(entry.key)) || entry.key >> 63) return fail("keys are out of order");
+        if (entry.key <= previous || !chunk_in_range(unpack_key(entry.key)) || entry.key >> 63)
+            return fail("keys are out of order");
         previous = entry.key;
         index_hash = hash_bytes(&entry, sizeof entry, index_hash);
         if (volume.insert(entry.key) == kNoChunk) return fail("it holds more chunks than there is room for");
@@ -155,7 +165,8 @@ Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::
     }
     if (head.has_colour)
         for (std::uint32_t slot = 0; slot < head.chunks; ++slot)
-            if (!file.read(&volume.colour(slot), sizeof(ChunkColour))) return fail("the chunks are cut short");
+            if (!file.read(&volume.colour(slot), sizeof(ChunkColour)))
+                return fail("the chunks are cut short");
     if (volume.hash(scratch) != head.map_hash) return fail("the checksum of the chunks does not match");
     return {};
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The map file: a head of one page, an index of keys and checksums in key order, then the geometry halves of all
-// chunks, then the colour halves. Disk holds the same bytes as memory. See docs/map_file.md.
+// The map file: a head of one page, an index of keys and checksums in key order, then the geometry halves of
+// all chunks, then the colour halves. Disk holds the same bytes as memory. See docs/map_file.md.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-#include "map/volume.h"
 #include "core/status.h"
+#include "map/volume.h"
 
 namespace burin {
 
@@ -15,14 +15,14 @@ inline constexpr std::uint32_t kMapFileVersion = 1;
 inline constexpr std::size_t kMapFilePage = 4096;
 
 struct MapFileHead {
-    char magic[8];            // "BURINMAP"
+    char magic[8];  // "BURINMAP"
     std::uint32_t version;
     std::uint32_t byte_order;  // 0x01020304 as the writer's machine stores it
     std::uint32_t has_colour;
     float voxel_m;
     float truncation_m;
     std::uint32_t chunks;
-    std::uint64_t frames;     // integrated so far; the next one continues the count
+    std::uint64_t frames;  // integrated so far; the next one continues the count
     std::uint64_t map_hash;
     std::uint64_t index_hash;
     std::uint32_t config_bytes;
@@ -32,17 +32,18 @@ struct MapFileHead {
 };
 static_assert(sizeof(MapFileHead) <= kMapFilePage);
 
-// Writes volume to `path` (through `path`.part). scratch: volume.live() entries. `head` gives frames and config; the
-// rest is filled in.
+// Writes volume to `path` (through `path`.part). scratch: volume.live() entries. `head` gives frames and
+// config; the rest is filled in.
 Status save_map(const Volume& volume, MapFileHead head, const char* path, std::uint32_t* scratch);
 
 // Reads and checks the head only. The size of the file must be what the head demands.
 Status read_map_head(const char* path, MapFileHead* head);
 // The same from bytes in memory (for fuzzing and for readers of other storage); `name` is for messages.
-Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name, MapFileHead* head);
+Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name,
+                      MapFileHead* head);
 
-// Replaces the content of the volume. Its shape must fit the head: voxel, truncation, colour, capacity (checked by the
-// caller, who knows what to advise). A damaged chunk is an error and leaves the volume empty.
+// Replaces the content of the volume. Its shape must fit the head: voxel, truncation, colour, capacity
+// (checked by the caller, who knows what to advise). A damaged chunk is an error and leaves the volume empty.
 Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch);
 
 }  // namespace burin

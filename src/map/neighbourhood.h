@@ -18,7 +18,8 @@ struct Neighbourhood {
             slot[i] = chunk_in_range(c) ? volume.find(pack_key(c)) : kNoChunk;
         }
     }
-    // Voxel (x, y, z) relative to the centre chunk, each in -8..15: its chunk's place in `slot`, and its index there.
+    // Voxel (x, y, z) relative to the centre chunk, each in -8..15: its chunk's place in `slot`, and its
+    // index there.
     static int place(int x, int y, int z) { return ((z >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (x >> 3) + 1; }
     static int voxel(int x, int y, int z) { return (z & 7) << 6 | (y & 7) << 3 | (x & 7); }
 };

@@ -77,13 +77,14 @@ double first_surface(Sampler& sampler, Vec3d origin, Vec3d direction, double t_e
 
 }  // namespace
 
-void raycast(const Volume& volume, const Camera& camera, const Se3& T, float max_depth_m, const RaycastImages& out,
-             Jobs& jobs) {
+void raycast(const Volume& volume, const Camera& camera, const Se3& T, float max_depth_m,
+             const RaycastImages& out, Jobs& jobs) {
     const double voxel_m = volume.voxel_m();
     jobs.run(camera.height, [&](int y, int) {
         Sampler sampler(volume);
         for (int x = 0; x < camera.width; ++x) {
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
+            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                                  static_cast<std::size_t>(x);
             const Vec3d ray = unproject(camera, {static_cast<double>(x), static_cast<double>(y)});
             const double length = norm(ray);
             const Vec3d direction = T.R * (ray * (1 / length));
@@ -99,7 +100,8 @@ void raycast(const Volume& volume, const Camera& camera, const Se3& T, float max
             if (out.rgb) {
                 float rgb[3] = {};
                 if (t >= 0 && !sampler.colour(p, rgb)) rgb[0] = rgb[1] = rgb[2] = 255;
-                for (int k = 0; k < 3; ++k) out.rgb[3 * i + static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(rgb[k] + 0.5f);
+                for (int k = 0; k < 3; ++k)
+                    out.rgb[3 * i + static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(rgb[k] + 0.5f);
             }
         }
     });

@@ -6,7 +6,8 @@
 namespace burin {
 namespace {
 
-// Lowest voxel of the cell around p, and where in the cell p lies. False when p is outside what keys can tell.
+// Lowest voxel of the cell around p, and where in the cell p lies. False when p is outside what keys can
+// tell.
 bool cell_of(Vec3d p, double inverse_voxel, Vec3i* low, float fraction[3]) {
     for (int r = 0; r < 3; ++r) {
         const double x = p[r] * inverse_voxel - 0.5, floor = std::floor(x);
@@ -51,8 +52,10 @@ bool Sampler::interpolate(Vec3d p, float* out, Vec3f* gradient) {
     *out = scale * lerp(y0, y1, f[2]);
     if (gradient) {
         const float k = scale * static_cast<float>(inverse_voxel_);
-        gradient->x = k * lerp(lerp(d[1] - d[0], d[3] - d[2], f[1]), lerp(d[5] - d[4], d[7] - d[6], f[1]), f[2]);
-        gradient->y = k * lerp(lerp(d[2] - d[0], d[3] - d[1], f[0]), lerp(d[6] - d[4], d[7] - d[5], f[0]), f[2]);
+        gradient->x =
+            k * lerp(lerp(d[1] - d[0], d[3] - d[2], f[1]), lerp(d[5] - d[4], d[7] - d[6], f[1]), f[2]);
+        gradient->y =
+            k * lerp(lerp(d[2] - d[0], d[3] - d[1], f[0]), lerp(d[6] - d[4], d[7] - d[5], f[0]), f[2]);
         gradient->z = k * (y1 - y0);
     }
     return true;

@@ -11,12 +11,13 @@ class Sampler {
   public:
     explicit Sampler(const Volume& volume) : volume_(volume), inverse_voxel_(1.0 / volume.voxel_m()) {}
 
-    // Signed distance (metres) at a world point; false when one of the eight voxels around it was never observed.
+    // Signed distance (metres) at a world point; false when one of the eight voxels around it was never
+    // observed.
     bool distance(Vec3d p, float* out) { return interpolate(p, out, nullptr); }
     // The same with the gradient of the trilinear interpolant (unitless, about length 1 near the surface).
     bool distance_and_gradient(Vec3d p, float* out, Vec3f* gradient) { return interpolate(p, out, gradient); }
-    // Distance of the voxel that contains p, no interpolation; false when never observed. *in_chunk tells whether its
-    // chunk exists at all.
+    // Distance of the voxel that contains p, no interpolation; false when never observed. *in_chunk tells
+    // whether its chunk exists at all.
     bool nearest(Vec3d p, float* out, bool* in_chunk);
     // Colour, trilinear over the voxels around p that have one; false when none has.
     bool colour(Vec3d p, float rgb[3]);

@@ -11,7 +11,8 @@ namespace burin {
 
 void Volume::place(Arena& arena, const VolumeShape& shape) {
     shape_ = shape;
-    // A power of two with at most 2/3 filled: linear probing then takes 2 probes for a hit, 5 for a miss on average.
+    // A power of two with at most 2/3 filled: linear probing then takes 2 probes for a hit, 5 for a miss on
+    // average.
     const std::uint32_t entries = std::bit_ceil(shape.capacity + shape.capacity / 2 + 1);
     table_mask_ = entries - 1;
     table_ = arena.allocate<Entry>(entries, 64);

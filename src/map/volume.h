@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The chunked signed distance field in fixed memory: two pools of chunk halves under one index, an open-addressing
-// hash from key to index (Niessner 2013), and per-chunk facts in side arrays.
+// The chunked signed distance field in fixed memory: two pools of chunk halves under one index, an
+// open-addressing hash from key to index (Niessner 2013), and per-chunk facts in side arrays.
 #pragma once
 
 #include <cstddef>
@@ -65,9 +65,15 @@ class Volume {
     // Digest of one chunk, also the checksum of the map file.
     std::uint64_t chunk_hash(std::uint32_t slot) const;
 
-    std::size_t chunk_bytes() const { return sizeof(ChunkGeometry) + (shape_.colour ? sizeof(ChunkColour) : 0); }
+    std::size_t chunk_bytes() const {
+        return sizeof(ChunkGeometry) + (shape_.colour ? sizeof(ChunkColour) : 0);
+    }
 
   private:
+    // Where the search for a key begins: the hash scaled to the table, so that its size need not be a power of two.
+    std::uint32_t home(ChunkKey key) const;
+    std::uint32_t after(std::uint32_t i) const { return i + 1 == table_size_ ? 0 : i + 1; }
+
     struct Entry {
         ChunkKey key;  // 0: empty
         std::uint32_t slot;
@@ -76,7 +82,7 @@ class Volume {
 
     VolumeShape shape_;
     std::uint32_t live_ = 0, high_water_ = 0;
-    std::uint32_t table_mask_ = 0;
+    std::uint32_t table_size_ = 0;
     Entry* table_ = nullptr;
     ChunkKey* keys_ = nullptr;
     std::uint32_t* last_seen_ = nullptr;

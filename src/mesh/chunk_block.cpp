@@ -12,9 +12,9 @@
 namespace burin {
 namespace {
 
-// Vertices keep this share of an edge between themselves and its ends, so that the vertices of the three edges that
-// meet in a voxel never coincide, however close to zero its distance: no duplicate vertices, no degenerate triangles.
-// 1/256 of a 5 mm voxel is 20 micrometres, and 1/100 float steps at 40 m.
+// Vertices keep this share of an edge between themselves and its ends, so that the vertices of the three
+// edges that meet in a voxel never coincide, however close to zero its distance: no duplicate vertices, no
+// degenerate triangles. 1/256 of a 5 mm voxel is 20 micrometres, and 1/100 float steps at 40 m.
 constexpr float kEndMargin = 1.0f / 256.0f;
 
 // Bits -1..9 of a row of voxels.
@@ -27,7 +27,8 @@ ChunkBlock::ChunkBlock(const Volume& volume, std::uint32_t slot, const MeshOptio
     const int min_weight = std::max(1, static_cast<int>(std::lround(options.min_weight * simd::kWeightOne)));
     for (int z = -1; z <= 9; ++z)
         for (int y = -1; y <= 9; ++y)
-            for (int cx = -1; cx <= 1; ++cx) {  // the row crosses three chunks: voxel 7, voxels 0..7, voxels 0 and 1
+            for (int cx = -1; cx <= 1;
+                 ++cx) {  // the row crosses three chunks: voxel 7, voxels 0..7, voxels 0 and 1
                 const std::uint32_t from = neighbours_.slot[Neighbourhood::place(8 * cx, y, z)];
                 const int x0 = cx < 0 ? -1 : 8 * cx, x1 = cx < 0 ? -1 : cx == 0 ? 7 : 9;
                 if (from == kNoChunk) {
@@ -64,16 +65,20 @@ void ChunkBlock::find_active(int max_jump) {
     for (int z = -1; z <= 7; ++z)
         for (int y = -1; y <= 7; ++y) {
             const auto four = [&](const Row rows[10][10], bool all) {
-                const Row a = rows[z + 1][y + 1], b = rows[z + 1][y + 2], c = rows[z + 2][y + 1], d = rows[z + 2][y + 2];
+                const Row a = rows[z + 1][y + 1], b = rows[z + 1][y + 2], c = rows[z + 2][y + 1],
+                          d = rows[z + 2][y + 2];
                 const Row both = all ? static_cast<Row>(a & b & c & d) : static_cast<Row>(a | b | c | d);
                 return all ? static_cast<Row>(both & both >> 1) : static_cast<Row>(both | both >> 1);
             };
-            Row active = static_cast<Row>(four(known, true) & four(inside, false) & ~four(inside, true) & 0x1ff);
+            Row active =
+                static_cast<Row>(four(known, true) & four(inside, false) & ~four(inside, true) & 0x1ff);
             for (Row left = active; left != 0; left = static_cast<Row>(left & (left - 1))) {
                 const int x = std::countr_zero(left) - 1;
                 for (const CubeEdge& edge : kCubeEdges) {
-                    const int ax = x + (edge.corner & 1), ay = y + (edge.corner >> 1 & 1), az = z + (edge.corner >> 2);
-                    const int a = sdf(ax, ay, az), b = sdf(ax + (edge.axis == 0), ay + (edge.axis == 1), az + (edge.axis == 2));
+                    const int ax = x + (edge.corner & 1), ay = y + (edge.corner >> 1 & 1),
+                              az = z + (edge.corner >> 2);
+                    const int a = sdf(ax, ay, az),
+                              b = sdf(ax + (edge.axis == 0), ay + (edge.axis == 1), az + (edge.axis == 2));
                     if ((a < 0) != (b < 0) && std::abs(a - b) > max_jump) {
                         active = static_cast<Row>(active & ~(1 << (x + 1)));
                         break;
@@ -116,7 +121,8 @@ ChunkBlock::Vertex ChunkBlock::vertex(int x, int y, int z, int axis) const {
     const double voxel_m = volume_.voxel_m();
     double p[3] = {c.x * 8.0 + x + 0.5, c.y * 8.0 + y + 0.5, c.z * 8.0 + z + 0.5};
     p[axis] += t;
-    v.position = {static_cast<float>(p[0] * voxel_m), static_cast<float>(p[1] * voxel_m), static_cast<float>(p[2] * voxel_m)};
+    v.position = {static_cast<float>(p[0] * voxel_m), static_cast<float>(p[1] * voxel_m),
+                  static_cast<float>(p[2] * voxel_m)};
     const Vec3f g = gradient(x, y, z) * (1 - t) + gradient(x1, y1, z1) * t;
     v.normal = normalised(g);
     if (v.normal == Vec3f{}) v.normal[axis] = b > a ? 1.0f : -1.0f;

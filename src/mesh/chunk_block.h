@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The voxels that meshing one chunk needs, gathered from up to 27 chunks: positions -1..9 along each axis. Cells at
-// -1..8 decide which edges carry a vertex; gradients at 0..8 reach one voxel further.
+// The voxels that meshing one chunk needs, gathered from up to 27 chunks: positions -1..9 along each axis.
+// Cells at -1..8 decide which edges carry a vertex; gradients at 0..8 reach one voxel further.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ class ChunkBlock {
     bool known(int x, int y, int z) const { return known_[index(x, y, z)]; }
     bool seen(int x, int y, int z) const { return seen_[index(x, y, z)]; }
 
-    // Bit x + 1 of a row: the cell with low corner (x, y, z), x in -1..7, y and z in -1..7, has eight known corners,
-    // a crossing, and no jump.
+    // Bit x + 1 of a row: the cell with low corner (x, y, z), x in -1..7, y and z in -1..7, has eight known
+    // corners, a crossing, and no jump.
     std::uint16_t active_cells(int y, int z) const { return active_[(z + 1) * 9 + y + 1]; }
     // Corner signs of a cell as a marching cubes configuration.
     int configuration(int x, int y, int z) const;

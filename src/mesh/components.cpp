@@ -6,7 +6,8 @@
 namespace burin {
 namespace {
 
-// Union-find with path halving; roots are the smallest vertex of their set, so the result has no order to depend on.
+// Union-find with path halving; roots are the smallest vertex of their set, so the result has no order to
+// depend on.
 std::uint32_t root_of(std::uint32_t* parent, std::uint32_t v) {
     while (parent[v] != v) {
         parent[v] = parent[parent[v]];
@@ -20,7 +21,8 @@ std::uint32_t root_of(std::uint32_t* parent, std::uint32_t v) {
 MeshCounts remove_small_components(const MeshBuffers& mesh, MeshCounts counts, std::uint64_t min_triangles,
                                    std::uint32_t* scratch) {
     std::uint32_t* parent = scratch;
-    std::uint32_t* size = scratch + counts.vertices;  // triangles of the component, at its root; later the new index
+    std::uint32_t* size =
+        scratch + counts.vertices;  // triangles of the component, at its root; later the new index
     for (std::uint64_t v = 0; v < counts.vertices; ++v) {
         parent[v] = static_cast<std::uint32_t>(v);
         size[v] = 0;
@@ -40,8 +42,9 @@ MeshCounts remove_small_components(const MeshBuffers& mesh, MeshCounts counts, s
         if (size[root_of(parent, from[0])] < min_triangles) continue;
         std::memmove(mesh.triangles + 3 * kept.triangles++, from, 3 * sizeof *from);
     }
-    // A vertex goes when its component does. Roots come first in order, so parent can take the new indices as it goes:
-    // a vertex's root is never above it. The verdict is kept in `size` until every vertex of the component is seen.
+    // A vertex goes when its component does. Roots come first in order, so parent can take the new indices as
+    // it goes: a vertex's root is never above it. The verdict is kept in `size` until every vertex of the
+    // component is seen.
     for (std::uint64_t v = 0; v < counts.vertices; ++v) {
         const bool keep = size[root_of(parent, static_cast<std::uint32_t>(v))] >= min_triangles &&
                           size[root_of(parent, static_cast<std::uint32_t>(v))] > 0;

@@ -34,9 +34,11 @@ EdgeRows edges_of(const ChunkBlock& block) {
     EdgeRows rows;
     for (int z = 0; z < 8; ++z)
         for (int y = 0; y < 8; ++y) {
-            // Own rows of active cells, bit x for cell x in 0..7, and the same shifted so that bit x is cell x - 1.
+            // Own rows of active cells, bit x for cell x in 0..7, and the same shifted so that bit x is cell
+            // x - 1.
             const unsigned here = block.active_cells(y, z), below_y = block.active_cells(y - 1, z),
-                           below_z = block.active_cells(y, z - 1), below_both = block.active_cells(y - 1, z - 1);
+                           below_z = block.active_cells(y, z - 1),
+                           below_both = block.active_cells(y - 1, z - 1);
             const unsigned around_x = here | below_y | below_z | below_both;
             const unsigned around_y = here | here << 1 | below_z | below_z << 1;
             const unsigned around_z = here | here << 1 | below_y | below_y << 1;
@@ -77,7 +79,8 @@ MeshCounts Mesher::count(const Volume& volume, const MeshOptions& options, Jobs&
             }
             mesh.vertices = vertices;
             mesh.triangles = 0;
-            for_own_cells(block, [&](int, int, int, const CubeTriangles& cell) { mesh.triangles += cell.count; });
+            for_own_cells(block,
+                          [&](int, int, int, const CubeTriangles& cell) { mesh.triangles += cell.count; });
         }
     });
     MeshCounts total;
@@ -91,7 +94,8 @@ MeshCounts Mesher::count(const Volume& volume, const MeshOptions& options, Jobs&
     return total;
 }
 
-void Mesher::extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) const {
+void Mesher::extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out,
+                     Jobs& jobs) const {
     constexpr int kPerItem = 16;
     const int live = static_cast<int>(volume.live());
     jobs.run((live + kPerItem - 1) / kPerItem, [&](int item, int) {
@@ -101,7 +105,8 @@ void Mesher::extract(const Volume& volume, const MeshOptions& options, const Mes
     });
 }
 
-void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options, const MeshBuffers& out) const {
+void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+                           const MeshBuffers& out) const {
     const ChunkBlock block(volume, slot, options);
     const ChunkMesh& mesh = chunks_[slot];
     std::uint64_t at = mesh.first_vertex;
@@ -115,7 +120,8 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshO
         for (unsigned left = cell.edges; left != 0; left &= left - 1) {
             const int e = std::countr_zero(left);
             const CubeEdge edge = kCubeEdges[static_cast<std::size_t>(e)];
-            const int ex = x + (edge.corner & 1), ey = y + (edge.corner >> 1 & 1), ez = z + (edge.corner >> 2);
+            const int ex = x + (edge.corner & 1), ey = y + (edge.corner >> 1 & 1),
+                      ez = z + (edge.corner >> 2);
             // Known corners exist, so their chunk does.
             const ChunkMesh& owner = chunks_[block.neighbours().slot[Neighbourhood::place(ex, ey, ez)]];
             const int row = edge.axis * 64 + (ez & 7) * 8 + (ey & 7);
@@ -127,7 +133,8 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshO
     });
 }
 
-MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options, const MeshBuffers& out) {
+MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+                      const MeshBuffers& out) {
     const ChunkBlock block(volume, slot, options);
     constexpr std::uint16_t kNone = 0xffff;
     std::uint16_t id[3 * 9 * 9 * 9];
@@ -137,7 +144,8 @@ MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOption
         for (int t = 0; t < cell.count; ++t)
             for (int k = 0; k < 3; ++k) {
                 const CubeEdge edge = kCubeEdges[cell.edge[t][k]];
-                const int ex = x + (edge.corner & 1), ey = y + (edge.corner >> 1 & 1), ez = z + (edge.corner >> 2);
+                const int ex = x + (edge.corner & 1), ey = y + (edge.corner >> 1 & 1),
+                          ez = z + (edge.corner >> 2);
                 std::uint16_t& vertex = id[((edge.axis * 9 + ez) * 9 + ey) * 9 + ex];
                 if (vertex == kNone) {
                     vertex = static_cast<std::uint16_t>(counts.vertices);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Marching cubes (Lorensen & Cline 1987) over the chunks: the whole map with every vertex once, or one chunk at a time
-// for streaming.
+// Marching cubes (Lorensen & Cline 1987) over the chunks: the whole map with every vertex once, or one chunk
+// at a time for streaming.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace burin {
 
-struct MeshBuffers {  // caller's memory; all but positions and triangles may be null
-    float* positions = nullptr;        // 3 a vertex, metres
-    float* normals = nullptr;          // 3 a vertex
-    std::uint8_t* colours = nullptr;   // 3 a vertex
+struct MeshBuffers {                     // caller's memory; all but positions and triangles may be null
+    float* positions = nullptr;          // 3 a vertex, metres
+    float* normals = nullptr;            // 3 a vertex
+    std::uint8_t* colours = nullptr;     // 3 a vertex
     std::uint32_t* triangles = nullptr;  // 3 a triangle
 };
 
@@ -23,8 +23,8 @@ struct MeshCounts {
     std::uint64_t vertices = 0, triangles = 0;
 };
 
-// Bits of a chunk's edges that carry a vertex: row r = axis * 64 + z * 8 + y, bit x. An edge belongs to the chunk of
-// its low voxel.
+// Bits of a chunk's edges that carry a vertex: row r = axis * 64 + z * 8 + y, bit x. An edge belongs to the
+// chunk of its low voxel.
 struct EdgeRows {
     std::uint8_t bits[192];
 };
@@ -33,8 +33,9 @@ class Mesher {
   public:
     void place(Arena& arena, std::uint32_t capacity);
 
-    // Pass one: which edges carry vertices, and how many triangles each chunk has. extract() must follow before the
-    // volume changes; vertices and triangles come in key order of their chunks, whatever the slots.
+    // Pass one: which edges carry vertices, and how many triangles each chunk has. extract() must follow
+    // before the volume changes; vertices and triangles come in key order of their chunks, whatever the
+    // slots.
     MeshCounts count(const Volume& volume, const MeshOptions& options, Jobs& jobs);
     // Pass two, into buffers of at least the counted sizes.
     void extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) const;
@@ -45,18 +46,20 @@ class Mesher {
         std::uint16_t rank[192];  // vertices of this chunk before row r
         std::uint32_t first_vertex, first_triangle, vertices, triangles;
     };
-    void extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options, const MeshBuffers& out) const;
+    void extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+                       const MeshBuffers& out) const;
 
-    ChunkMesh* chunks_ = nullptr;        // by slot
-    std::uint32_t* order_ = nullptr;     // slots in key order
+    ChunkMesh* chunks_ = nullptr;     // by slot
+    std::uint32_t* order_ = nullptr;  // slots in key order
 };
 
 inline constexpr int kMaxChunkVertices = 3 * 8 * 9 * 9;  // edges on and inside a 9 x 9 x 9 lattice of voxels
 inline constexpr int kMaxChunkTriangles = 5 * 512;
 
-// The cells of one chunk by themselves. `out` must hold kMaxChunkVertices and kMaxChunkTriangles. Positions on the
-// border equal those of the neighbour's mesh bit for bit.
-MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options, const MeshBuffers& out);
+// The cells of one chunk by themselves. `out` must hold kMaxChunkVertices and kMaxChunkTriangles. Positions
+// on the border equal those of the neighbour's mesh bit for bit.
+MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+                      const MeshBuffers& out);
 
 // See burin_mesh_remove_small.
 MeshCounts remove_small_components(const MeshBuffers& mesh, MeshCounts counts, std::uint64_t min_triangles,

@@ -8,7 +8,8 @@ namespace burin {
 namespace {
 
 double now_ms() {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
 
 }  // namespace
@@ -30,7 +31,8 @@ std::uint32_t FusionSession::capacity_for(const FusionOptions& options, std::uin
     too_many = std::min<std::uint64_t>(too_many, 1u << 30);
     while (fits + 1 < too_many) {
         const std::uint64_t middle = (fits + too_many) / 2;
-        (bytes_for(options, static_cast<std::uint32_t>(middle)) <= options.budget_bytes ? fits : too_many) = middle;
+        (bytes_for(options, static_cast<std::uint32_t>(middle)) <= options.budget_bytes ? fits : too_many) =
+            middle;
     }
     *bytes = bytes_for(options, static_cast<std::uint32_t>(fits));
     return static_cast<std::uint32_t>(fits);
@@ -71,7 +73,8 @@ MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& option
     return mesh_chunk(volume_, slot, options, out);
 }
 
-// A change reaches the meshes of all neighbours: their cells read the voxels on the border, their normals one more.
+// A change reaches the meshes of all neighbours: their cells read the voxels on the border, their normals one
+// more.
 void FusionSession::spread_dirt() {
     for (std::uint32_t slot = 0; slot < volume_.live(); ++slot) {
         if (!(volume_.flags(slot) & kChunkDirty)) continue;

@@ -32,8 +32,9 @@ struct FrameReport {
 
 class FusionSession {
   public:
-    // The largest capacity whose layout fits the budget, and the bytes of that layout. 0 chunks: the budget does not
-    // even hold the parts that do not depend on the capacity; `bytes` is then what one chunk would need.
+    // The largest capacity whose layout fits the budget, and the bytes of that layout. 0 chunks: the budget
+    // does not even hold the parts that do not depend on the capacity; `bytes` is then what one chunk would
+    // need.
     static std::uint32_t capacity_for(const FusionOptions& options, std::uint64_t* bytes);
     static std::uint64_t bytes_for(const FusionOptions& options, std::uint32_t capacity);
 
@@ -44,12 +45,16 @@ class FusionSession {
     // `frame` must have been checked.
     FrameReport integrate(const FrameView& frame, Jobs& jobs);
 
-    MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) { return mesher_.count(volume_, options, jobs); }
-    void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) { mesher_.extract(volume_, options, out, jobs); }
+    MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
+        return mesher_.count(volume_, options, jobs);
+    }
+    void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) {
+        mesher_.extract(volume_, options, out, jobs);
+    }
     // One chunk's mesh for streaming; clears its dirty mark.
     MeshCounts mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out);
-    // Changed chunks and those whose cells or normals read them, in key order: put(i, chunk) for the first `capacity`.
-    // Returns how many there are.
+    // Changed chunks and those whose cells or normals read them, in key order: put(i, chunk) for the first
+    // `capacity`. Returns how many there are.
     template <class Put>
     std::uint64_t dirty_chunks(Put&& put, std::uint64_t capacity) {
         spread_dirt();
@@ -63,7 +68,8 @@ class FusionSession {
         return count;
     }
 
-    void raycast_map(const Camera& camera, const Se3& T_world_camera, const RaycastImages& out, Jobs& jobs) const {
+    void raycast_map(const Camera& camera, const Se3& T_world_camera, const RaycastImages& out,
+                     Jobs& jobs) const {
         raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
     }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which kernels run. The environment variable BURIN_SIMD (scalar, sse4, avx2, avx3, neon, sve, ...) read at the first
-// use keeps the choice at or below that target.
+// Which kernels run. The environment variable BURIN_SIMD (scalar, sse4, avx2, avx3, neon, sve, ...) read at
+// the first use keeps the choice at or below that target.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ const char* target_name();
 // Names of all targets that this build holds and this machine runs, best first, "scalar" last.
 std::vector<std::string> target_names();
 
-// Makes the kernels run on the named target from now on; false when it is not among target_names(). Not to be called
-// while kernels run: for start-up and tests. An empty name gives back the best.
+// Makes the kernels run on the named target from now on; false when it is not among target_names(). Not to be
+// called while kernels run: for start-up and tests. An empty name gives back the best.
 bool select_target(const std::string& name);
 
 // Whether the scalar specification itself is to be called. For the kernels' entry points.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Kernels of integration. A chunk is fused in two passes: `observe_chunk` turns 512 voxel centres and the depth image
-// into 512 signed distances in L1 without touching the map; `fuse_distances` averages them in.
+// Kernels of integration. A chunk is fused in two passes: `observe_chunk` turns 512 voxel centres and the
+// depth image into 512 signed distances in L1 without touching the map; `fuse_distances` averages them in.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,24 @@ inline constexpr int kChunkVoxels = 512;  // 8 x 8 x 8, voxel i at (i & 7, i >> 
 inline constexpr std::int16_t kUnseen = -32768;  // no reading, or hidden behind the surface beyond truncation
 inline constexpr std::int16_t kFree = 32767;     // in front of the surface by the truncation distance or more
 
-// An observation of weight 1 counts this many units of the stored weight. With 1/64 as unit, (1 m / z)^2 still has
-// one unit at 8 m, and 1000 observations fit the 16 bits.
+// An observation of weight 1 counts this many units of the stored weight. With 1/64 as unit, (1 m / z)^2
+// still has one unit at 8 m, and 1000 observations fit the 16 bits.
 inline constexpr int kWeightOne = 64;
 
-// Depth as `prepare_depth` leaves it: a border of one pixel of zeros around the image, so that a projection clipped
-// to the border reads "no depth".
+// Depth as `prepare_depth` leaves it: a border of one pixel of zeros around the image, so that a projection
+// clipped to the border reads "no depth".
 struct DepthWindow {
-    const std::uint16_t* pixels;   // (height + 2) rows of `stride`, image pixel (x, y) at (y + 1) * stride + x + 1
-    const std::uint16_t* weights;  // same layout, in units of 1/kWeightOne; null: every reading weighs kWeightOne
+    const std::uint16_t*
+        pixels;  // (height + 2) rows of `stride`, image pixel (x, y) at (y + 1) * stride + x + 1
+    const std::uint16_t*
+        weights;  // same layout, in units of 1/kWeightOne; null: every reading weighs kWeightOne
     int width, height, stride;
     float unit_m;
 };
 
-// Voxel centres in projective coordinates U = fx X + cx Z, V = fy Y + cy Z (pixels times metres) and Z (metres).
-// The projection of a sum is the sum of projections, so a voxel costs three additions: base + offset.
+// Voxel centres in projective coordinates U = fx X + cx Z, V = fy Y + cy Z (pixels times metres) and Z
+// (metres). The projection of a sum is the sum of projections, so a voxel costs three additions: base +
+// offset.
 struct ProjectiveOffsets {
     alignas(64) float u[kChunkVoxels];
     alignas(64) float v[kChunkVoxels];
@@ -38,20 +41,23 @@ struct ProjectiveBase {
 };
 
 struct TruncationModel {
-    float truncation_m;    // constant model: the truncation; quadratic model: its largest value, the stored scale
-    bool quadratic;        // tau(z) = max(floor_m, a z^2 + b z + c): Chisel 2015, eq. of its noise model
+    float
+        truncation_m;  // constant model: the truncation; quadratic model: its largest value, the stored scale
+    bool quadratic;    // tau(z) = max(floor_m, a z^2 + b z + c): Chisel 2015, eq. of its noise model
     float a, b, c, floor_m;
 };
 
-// distances[i] = s = (depth at the nearest pixel - z of voxel i) in units of truncation_m / 32767, rounded to nearest,
+// distances[i] = s = (depth at the nearest pixel - z of voxel i) in units of truncation_m / 32767, rounded to
+// nearest,
 //   kFree from truncation_m on, kUnseen when there is no reading, s <= -tau(depth), or z <= kLeastZ.
 // weights[i] = weight of that pixel (only when window.weights is not null).
-// touched: some voxel lies in the band: neither kUnseen nor kFree, and with the quadratic model s < tau(depth).
-// free: some voxel is kFree.
+// touched: some voxel lies in the band: neither kUnseen nor kFree, and with the quadratic model s <
+// tau(depth). free: some voxel is kFree.
 struct Observation {
     bool touched, free;
 };
-inline constexpr float kLeastZ = 1e-3f;  // metres; keeps 1 / z finite, a tenth of the nearest depth any config allows
+inline constexpr float kLeastZ =
+    1e-3f;  // metres; keeps 1 / z finite, a tenth of the nearest depth any config allows
 Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
                           const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights);
 
@@ -59,43 +65,45 @@ enum class Drop { none, linear, exponential };
 
 struct FuseModel {
     Drop drop;
-    float drop_start;        // in stored units, > 0: behind the surface by less than this the weight is full
-    float drop_scale;        // 1 / (32767 - drop_start)
+    float drop_start;  // in stored units, > 0: behind the surface by less than this the weight is full
+    float drop_scale;  // 1 / (32767 - drop_start)
     std::uint16_t max_weight;  // in units of 1/kWeightOne
 };
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
-//   w = weight * drop(distance);  sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(.. + w, max)
-// `weights` null: every observation weighs kWeightOne. Returns the least |sdf| over the voxels it changed, kFree when
-// it changed none.
+//   w = weight * drop(distance);  sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(.. +
+//   w, max)
+// `weights` null: every observation weighs kWeightOne. Returns the least |sdf| over the voxels it changed,
+// kFree when it changed none.
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
                    std::int16_t* sdf, std::uint16_t* weight_sum);
 
-// Free space only: as fuse_distances over the voxels that are kFree, and of those only the ones with weight > 0 and
-// sdf < kFree. Returns whether anything changed.
+// Free space only: as fuse_distances over the voxels that are kFree, and of those only the ones with weight >
+// 0 and sdf < kFree. Returns whether anything changed.
 bool carve_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
                      std::int16_t* sdf, std::uint16_t* weight_sum);
 
 struct ColourWindow {
     const std::uint8_t* rgb;  // interleaved
     int width, height;
-    std::ptrdiff_t stride;    // bytes
+    std::ptrdiff_t stride;  // bytes
     // Pixel = (fx x + cx, fy y + cy) of the distorted ray when any coefficient is not 0.
     bool distorted;
     float fx, fy, cx, cy, k1, k2, p1, p2, k3;
 };
 
 struct ColourModel {
-    std::int16_t band;          // voxels with |distance| <= band take colour
-    std::uint32_t frame;        // seed of the rounding dither
+    std::int16_t band;    // voxels with |distance| <= band take colour
+    std::uint32_t frame;  // seed of the rounding dither
 };
 
-// colours: 512 x (r, g, b, count), aligned to 4. New colour = (old * count + reading) / (count + 1), count capped at
-// kColourMemory. Rounded with a threshold that changes with voxel and frame: round-to-nearest would freeze the mean
-// as soon as a reading differs by less than (count + 1) / 2 levels.
-// offsets and base are those of the colour camera. height * stride < 2^31. The last pixel of the last row is not used:
-// pixels are read four bytes at a time.
-inline constexpr int kColourMemory = 24;  // rounding noise grows, reading noise falls with it; about 1.7 levels of each
+// colours: 512 x (r, g, b, count), aligned to 4. New colour = (old * count + reading) / (count + 1), count
+// capped at kColourMemory. Rounded with a threshold that changes with voxel and frame: round-to-nearest would
+// freeze the mean as soon as a reading differs by less than (count + 1) / 2 levels. offsets and base are
+// those of the colour camera. height * stride < 2^31. The last pixel of the last row is not used: pixels are
+// read four bytes at a time.
+inline constexpr int kColourMemory =
+    24;  // rounding noise grows, reading noise falls with it; about 1.7 levels of each
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The kernels of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in the same
-// order a lane, no fused multiply-add, no approximate reciprocal, no sums across lanes.
+// The kernels of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in the
+// same order a lane, no fused multiply-add, no approximate reciprocal, no sums across lanes.
 #include <cstring>
 
 #include "simd/tsdf.h"
@@ -23,8 +23,8 @@ Observation ObserveChunk(const DepthWindow& window, const ProjectiveOffsets& off
                          const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights) {
     return scalar::observe_chunk(window, offsets, base, truncation, distances, weights);
 }
-int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model, std::int16_t* sdf,
-                  std::uint16_t* weight_sum) {
+int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+                  std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
 }
 void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
@@ -44,7 +44,8 @@ using DU16 = hn::Rebind<std::uint16_t, DF>;
 
 template <bool kQuadratic>
 Observation Observe(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                    const TruncationModel& truncation, std::int16_t* HWY_RESTRICT distances, std::uint16_t* weights) {
+                    const TruncationModel& truncation, std::int16_t* HWY_RESTRICT distances,
+                    std::uint16_t* weights) {
     const DF df;
     const DI di;
     const D16 d16;
@@ -53,7 +54,8 @@ Observation Observe(const DepthWindow& window, const ProjectiveOffsets& offsets,
     alignas(64) std::int32_t pixel[kChunkVoxels];
     alignas(64) std::uint16_t raw[kChunkVoxels];
 
-    const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), half = hn::Set(df, 1.5f), least_z = hn::Set(df, kLeastZ);
+    const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), half = hn::Set(df, 1.5f),
+               least_z = hn::Set(df, kLeastZ);
     const auto u_max = hn::Set(df, static_cast<float>(window.width) + 1.0f);
     const auto v_max = hn::Set(df, static_cast<float>(window.height) + 1.0f);
     const auto base_u = hn::Set(df, base.u), base_v = hn::Set(df, base.v), base_z = hn::Set(df, base.z);
@@ -77,7 +79,7 @@ Observation Observe(const DepthWindow& window, const ProjectiveOffsets& offsets,
     const auto to_units = hn::Set(df, 32767.0f / truncation.truncation_m);
     const auto free_f = hn::Set(df, 32767.0f);
     const auto free_i = hn::Set(di, kFree), unseen_i = hn::Set(di, kUnseen);
-    auto most = unseen_i;                              // largest distance: kFree tells of free voxels
+    auto most = unseen_i;  // largest distance: kFree tells of free voxels
     auto in_band = hn::MaskFromVec(hn::Zero(di));
     for (int i = 0; i < kChunkVoxels; i += lanes) {
         const auto z = hn::Add(base_z, hn::Load(df, offsets.z + i));
@@ -85,7 +87,8 @@ Observation Observe(const DepthWindow& window, const ProjectiveOffsets& offsets,
         const auto depth_m = hn::Mul(hn::ConvertTo(df, reading), unit);
         auto tau = truncation_m;
         if constexpr (kQuadratic) {
-            const auto a = hn::Set(df, truncation.a), b = hn::Set(df, truncation.b), c = hn::Set(df, truncation.c);
+            const auto a = hn::Set(df, truncation.a), b = hn::Set(df, truncation.b),
+                       c = hn::Set(df, truncation.c);
             const auto noise = hn::Add(hn::Mul(hn::Add(hn::Mul(a, depth_m), b), depth_m), c);
             tau = hn::Max(hn::Set(df, truncation.floor_m), noise);
         }
@@ -128,8 +131,8 @@ HWY_INLINE hn::Vec<DI> DropFactor(hn::Vec<DF> behind, hn::Vec<DF> start, hn::Vec
 }
 
 template <Drop kDrop, bool kWeighted>
-int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights, const FuseModel& model,
-         std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
+int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights,
+         const FuseModel& model, std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
     const DF df;
     const DI di;
     const D16 d16;
@@ -153,7 +156,8 @@ int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RE
         const auto before = hn::PromoteTo(di, hn::Load(d16, sdf + i));
         const auto sum = hn::PromoteTo(di, hn::Load(du16, weight_sum + i));
         const auto total = hn::Add(sum, w);
-        const auto step = hn::Div(hn::Mul(hn::ConvertTo(df, w), hn::ConvertTo(df, hn::Sub(d, before))), hn::ConvertTo(df, total));
+        const auto step = hn::Div(hn::Mul(hn::ConvertTo(df, w), hn::ConvertTo(df, hn::Sub(d, before))),
+                                  hn::ConvertTo(df, total));
         const auto after = hn::IfThenElse(seen, hn::Add(before, hn::NearestInt(step)), before);
         const auto sum_after = hn::IfThenElse(seen, hn::Min(total, max_weight), sum);
         hn::Store(hn::DemoteTo(d16, after), d16, sdf + i);
@@ -163,15 +167,19 @@ int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RE
     return hn::GetLane(hn::MinOfLanes(di, least));
 }
 
-int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model, std::int16_t* sdf,
-                  std::uint16_t* weight_sum) {
+int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+                  std::int16_t* sdf, std::uint16_t* weight_sum) {
     const auto with = [&](auto fuse_plain, auto fuse_weighted) {
-        return weights ? fuse_weighted(distances, weights, model, sdf, weight_sum) : fuse_plain(distances, weights, model, sdf, weight_sum);
+        return weights ? fuse_weighted(distances, weights, model, sdf, weight_sum)
+                       : fuse_plain(distances, weights, model, sdf, weight_sum);
     };
     switch (model.drop) {
-        case Drop::linear: return with(Fuse<Drop::linear, false>, Fuse<Drop::linear, true>);
-        case Drop::exponential: return with(Fuse<Drop::exponential, false>, Fuse<Drop::exponential, true>);
-        case Drop::none: break;
+        case Drop::linear:
+            return with(Fuse<Drop::linear, false>, Fuse<Drop::linear, true>);
+        case Drop::exponential:
+            return with(Fuse<Drop::exponential, false>, Fuse<Drop::exponential, true>);
+        case Drop::none:
+            break;
     }
     return with(Fuse<Drop::none, false>, Fuse<Drop::none, true>);
 }
@@ -180,7 +188,8 @@ int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, c
 HWY_INLINE hn::Vec<DI> GatherBytes(const std::uint8_t* base, hn::Vec<DI> offsets) {
     const DI di;
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
-    return hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(base), offsets);  // the instruction takes any address
+    return hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(base),
+                            offsets);  // the instruction takes any address
 #else
     alignas(64) std::int32_t at[16], value[16];
     hn::Store(offsets, di, at);
@@ -190,17 +199,21 @@ HWY_INLINE hn::Vec<DI> GatherBytes(const std::uint8_t* base, hn::Vec<DI> offsets
 }
 
 template <bool kDistorted>
-void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
-             ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
+void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& window,
+             const ProjectiveOffsets& offsets, ProjectiveBase base, const ColourModel& model,
+             std::uint8_t* colours) {
     const DF df;
     const DI di;
     const D16 d16;
     const int lanes = static_cast<int>(hn::Lanes(df));
     auto* packed = reinterpret_cast<std::int32_t*>(colours);
     const auto band = hn::Set(di, model.band);
-    const auto one = hn::Set(df, 1.0f), two = hn::Set(df, 2.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df), least_z = hn::Set(df, kLeastZ);
-    const auto width = hn::Set(df, static_cast<float>(window.width)), height = hn::Set(df, static_cast<float>(window.height));
-    const auto last = hn::Set(di, static_cast<std::int32_t>((window.height - 1) * window.stride + 3 * window.width - 4));
+    const auto one = hn::Set(df, 1.0f), two = hn::Set(df, 2.0f), half = hn::Set(df, 0.5f),
+               zero = hn::Zero(df), least_z = hn::Set(df, kLeastZ);
+    const auto width = hn::Set(df, static_cast<float>(window.width)),
+               height = hn::Set(df, static_cast<float>(window.height));
+    const auto last =
+        hn::Set(di, static_cast<std::int32_t>((window.height - 1) * window.stride + 3 * window.width - 4));
     const auto stride = hn::Set(di, static_cast<std::int32_t>(window.stride));
     const auto low_byte = hn::Set(di, 255);
     const auto frame_threshold = hn::Set(di, static_cast<std::int32_t>(model.frame * 101u & 255u));
@@ -213,12 +226,15 @@ void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& win
         auto u = hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, offsets.u + i)), inverse_z);
         auto v = hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, offsets.v + i)), inverse_z);
         if constexpr (kDistorted) {
-            const auto fx = hn::Set(df, window.fx), fy = hn::Set(df, window.fy), cx = hn::Set(df, window.cx), cy = hn::Set(df, window.cy);
+            const auto fx = hn::Set(df, window.fx), fy = hn::Set(df, window.fy), cx = hn::Set(df, window.cx),
+                       cy = hn::Set(df, window.cy);
             const auto p1 = hn::Set(df, window.p1), p2 = hn::Set(df, window.p2);
             const auto x = hn::Div(hn::Sub(u, cx), fx), y = hn::Div(hn::Sub(v, cy), fy);
-            const auto xx = hn::Mul(x, x), yy = hn::Mul(y, y), r2 = hn::Add(xx, yy), two_xy = hn::Mul(two, hn::Mul(x, y));
+            const auto xx = hn::Mul(x, x), yy = hn::Mul(y, y), r2 = hn::Add(xx, yy),
+                       two_xy = hn::Mul(two, hn::Mul(x, y));
             const auto inner = hn::Add(hn::Set(df, window.k2), hn::Mul(r2, hn::Set(df, window.k3)));
-            const auto radial = hn::Add(one, hn::Mul(r2, hn::Add(hn::Set(df, window.k1), hn::Mul(r2, inner))));
+            const auto radial =
+                hn::Add(one, hn::Mul(r2, hn::Add(hn::Set(df, window.k1), hn::Mul(r2, inner))));
             const auto tangent_x = hn::Add(hn::Mul(p1, two_xy), hn::Mul(p2, hn::Add(r2, hn::Mul(two, xx))));
             const auto tangent_y = hn::Add(hn::Mul(p1, hn::Add(r2, hn::Mul(two, yy))), hn::Mul(p2, two_xy));
             u = hn::Add(hn::Mul(fx, hn::Add(hn::Mul(x, radial), tangent_x)), cx);
@@ -228,7 +244,8 @@ void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& win
         v = hn::Add(v, half);
         const auto inside = hn::And(hn::And(hn::Gt(z, least_z), hn::And(hn::Ge(u, zero), hn::Ge(v, zero))),
                                     hn::And(hn::Lt(u, width), hn::Lt(v, height)));
-        const auto column = hn::ConvertTo(di, hn::IfThenElseZero(inside, u)), row = hn::ConvertTo(di, hn::IfThenElseZero(inside, v));
+        const auto column = hn::ConvertTo(di, hn::IfThenElseZero(inside, u)),
+                   row = hn::ConvertTo(di, hn::IfThenElseZero(inside, v));
         const auto offset = hn::Add(hn::Mul(row, stride), hn::Add(column, hn::Add(column, column)));
         wanted = hn::And(wanted, hn::And(hn::RebindMask(di, inside), hn::Not(hn::Gt(offset, last))));
         const auto reading = GatherBytes(window.rgb, hn::IfThenElseZero(wanted, offset));
@@ -236,7 +253,8 @@ void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& win
         const auto colour = hn::Load(di, packed + i);
         const auto count = hn::And(hn::ShiftRight<24>(colour), low_byte);
         const auto scale = hn::Div(hn::Set(df, 256.0f), hn::ConvertTo(df, hn::Add(count, hn::Set(di, 1))));
-        const auto threshold = hn::And(hn::Add(hn::Mul(hn::Iota(di, i), hn::Set(di, 167)), frame_threshold), low_byte);
+        const auto threshold =
+            hn::And(hn::Add(hn::Mul(hn::Iota(di, i), hn::Set(di, 167)), frame_threshold), low_byte);
         const auto mean = [&](auto c, auto r) {
             const auto sum = hn::Add(hn::Mul(hn::And(c, low_byte), count), hn::And(r, low_byte));
             const auto scaled = hn::ConvertTo(di, hn::Mul(hn::ConvertTo(df, sum), scale));
@@ -246,13 +264,14 @@ void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& win
         const auto green = mean(hn::ShiftRight<8>(colour), hn::ShiftRight<8>(reading));
         const auto blue = mean(hn::ShiftRight<16>(colour), hn::ShiftRight<16>(reading));
         const auto more = hn::Min(hn::Add(count, hn::Set(di, 1)), hn::Set(di, kColourMemory));
-        const auto result = hn::Or(hn::Or(red, hn::ShiftLeft<8>(green)), hn::Or(hn::ShiftLeft<16>(blue), hn::ShiftLeft<24>(more)));
+        const auto result = hn::Or(hn::Or(red, hn::ShiftLeft<8>(green)),
+                                   hn::Or(hn::ShiftLeft<16>(blue), hn::ShiftLeft<24>(more)));
         hn::Store(hn::IfThenElse(wanted, result, colour), di, packed + i);
     }
 }
 
-void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                 const ColourModel& model, std::uint8_t* colours) {
+void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+                 ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     window.distorted ? Colours<true>(distances, window, offsets, base, model, colours)
                      : Colours<false>(distances, window, offsets, base, model, colours);
 }
@@ -270,19 +289,21 @@ HWY_EXPORT(FuseDistances);
 HWY_EXPORT(FuseColours);
 
 Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                          const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights) {
-    if (scalar_selected()) return scalar::observe_chunk(window, offsets, base, truncation, distances, weights);
+                          const TruncationModel& truncation, std::int16_t* distances,
+                          std::uint16_t* weights) {
+    if (scalar_selected())
+        return scalar::observe_chunk(window, offsets, base, truncation, distances, weights);
     return BURIN_DISPATCH(ObserveChunk)(window, offsets, base, truncation, distances, weights);
 }
 
-int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model, std::int16_t* sdf,
-                   std::uint16_t* weight_sum) {
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+                   std::int16_t* sdf, std::uint16_t* weight_sum) {
     if (scalar_selected()) return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
     return BURIN_DISPATCH(FuseDistances)(distances, weights, model, sdf, weight_sum);
 }
 
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                  const ColourModel& model, std::uint8_t* colours) {
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     if (scalar_selected()) return scalar::fuse_colours(distances, window, offsets, base, model, colours);
     BURIN_DISPATCH(FuseColours)(distances, window, offsets, base, model, colours);
 }

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+// The C boundary of the runtime: meshes and queries.
+#include <cmath>
+
+#include "api/call.h"
+#include "api/frame_check.h"
+#include "burin/burin.h"
+#include "map/sample.h"
+
+using namespace burin;
+
+namespace {
+
+Status check_mesh_options(const burin_mesh_options* options, MeshOptions* out) {
+    if (!options) return {};
+    if (options->struct_size != sizeof *options)
+        return Status::error(Code::invalid_argument, "mesh options: size %u, expected %zu",
+                             options->struct_size, sizeof *options);
+    if (!(options->min_weight >= 0 && options->min_weight <= 1000))
+        return Status::error(Code::invalid_argument, "mesh options: min_weight is %g, expected 0 to 1000",
+                             static_cast<double>(options->min_weight));
+    if (!(options->max_jump_voxels >= 1.8f))
+        return Status::error(Code::invalid_argument,
+                             "mesh options: max_jump_voxels is %g, expected at least 1.8",
+                             static_cast<double>(options->max_jump_voxels));
+    out->min_weight = options->min_weight;
+    out->max_jump_voxels = options->max_jump_voxels;
+    return {};
+}
+
+Status check_buffers(const burin_mesh_buffers* mesh) {
+    if (!mesh) return null_argument("mesh");
+    if (!mesh->positions && mesh->vertex_capacity > 0) return null_argument("mesh->positions");
+    if (!mesh->triangles && mesh->triangle_capacity > 0) return null_argument("mesh->triangles");
+    return {};
+}
+
+Status require_capacity(burin_mesh_buffers* mesh, std::uint64_t vertices, std::uint64_t triangles) {
+    mesh->vertex_count = vertices;
+    mesh->triangle_count = triangles;
+    if (vertices <= mesh->vertex_capacity && triangles <= mesh->triangle_capacity) return {};
+    return Status::error(Code::insufficient_memory,
+                         "mesh buffers hold %llu vertices and %llu triangles, %llu and %llu are needed",
+                         static_cast<unsigned long long>(mesh->vertex_capacity),
+                         static_cast<unsigned long long>(mesh->triangle_capacity),
+                         static_cast<unsigned long long>(vertices),
+                         static_cast<unsigned long long>(triangles));
+}
+
+MeshBuffers buffers_of(const burin_mesh_buffers& m) {
+    return {m.positions, m.normals, m.colours, m.triangles};
+}
+
+}  // namespace
+
+extern "C" {
+
+burin_mesh_options burin_mesh_options_default(void) {
+    const MeshOptions defaults;
+    return {sizeof(burin_mesh_options), defaults.min_weight, defaults.max_jump_voxels};
+}
+
+burin_status burin_mesh_size(burin_map map, const burin_mesh_options* options, uint64_t* vertices,
+                             uint64_t* triangles) {
+    return Call(map).run([&](MapState& state) -> Status {
+        if (!vertices || !triangles) return null_argument(vertices ? "triangles" : "vertices");
+        MeshOptions mesh_options;
+        BURIN_TRY(check_mesh_options(options, &mesh_options));
+        const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
+        *vertices = counts.vertices;
+        *triangles = counts.triangles;
+        return {};
+    });
+}
+
+burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_mesh_buffers* mesh) {
+    return Call(map).run([&](MapState& state) -> Status {
+        BURIN_TRY(check_buffers(mesh));
+        MeshOptions mesh_options;
+        BURIN_TRY(check_mesh_options(options, &mesh_options));
+        const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
+        if (counts.vertices > 0xfffffffeULL)
+            return Status::error(Code::unsupported, "the mesh has %llu vertices, an index holds 32 bits",
+                                 static_cast<unsigned long long>(counts.vertices));
+        BURIN_TRY(require_capacity(mesh, counts.vertices, counts.triangles));
+        state.session.extract_mesh(mesh_options, buffers_of(*mesh), state.jobs);
+        return {};
+    });
+}
+
+burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity, uint64_t* count) {
+    return Call(map).run([&](MapState& state) -> Status {
+        if (!count) return null_argument("count");
+        if (!keys && capacity > 0) return null_argument("keys");
+        *count = state.session.dirty_chunks(
+            [&](std::uint64_t i, Vec3i c) {
+                keys[i] = {c.x, c.y, c.z};
+            },
+            capacity);
+        if (*count <= capacity) return {};
+        return Status::error(Code::insufficient_memory, "room for %llu keys, %llu are needed",
+                             static_cast<unsigned long long>(capacity),
+                             static_cast<unsigned long long>(*count));
+    });
+}
+
+burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_mesh_options* options,
+                              burin_mesh_buffers* mesh) {
+    return Call(map).run([&](MapState& state) -> Status {
+        BURIN_TRY(check_buffers(mesh));
+        MeshOptions mesh_options;
+        BURIN_TRY(check_mesh_options(options, &mesh_options));
+        const Vec3i chunk{key.x, key.y, key.z};
+        if (!chunk_in_range(chunk))
+            return Status::error(Code::invalid_argument, "chunk %d %d %d, expected coordinates below %d",
+                                 key.x, key.y, key.z, kChunkLimit);
+        BURIN_TRY(require_capacity(mesh, kMaxChunkVertices, kMaxChunkTriangles));
+        const MeshCounts counts =
+            state.session.mesh_one_chunk(pack_key(chunk), mesh_options, buffers_of(*mesh));
+        mesh->vertex_count = counts.vertices;
+        mesh->triangle_count = counts.triangles;
+        return {};
+    });
+}
+
+burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_triangles, uint32_t* scratch) {
+    if (!mesh || !scratch) return report(thread_error(), null_argument(mesh ? "scratch" : "mesh"));
+    for (std::uint64_t i = 0; i < 3 * mesh->triangle_count; ++i)
+        if (mesh->triangles[i] >= mesh->vertex_count)
+            return report(
+                thread_error(),
+                Status::error(Code::invalid_argument, "mesh: index %u, expected below %llu",
+                              mesh->triangles[i], static_cast<unsigned long long>(mesh->vertex_count)));
+    const MeshCounts kept = remove_small_components(
+        buffers_of(*mesh), {mesh->vertex_count, mesh->triangle_count}, min_triangles, scratch);
+    mesh->vertex_count = kept.vertices;
+    mesh->triangle_count = kept.triangles;
+    return BURIN_OK;
+}
+
+burin_status burin_raycast(burin_map map, const burin_camera* camera, const burin_pose* T_world_camera,
+                           float* depth_m, float* normals, uint8_t* rgb) {
+    return Call(map).run([&](MapState& state) -> Status {
+        if (!camera || !T_world_camera) return null_argument(camera ? "T_world_camera" : "camera");
+        Camera c;
+        Se3 T;
+        BURIN_TRY(checked_camera(*camera, "raycast", &c));
+        if (c.distorted()) return Status::error(Code::unsupported, "raycast camera: distortion must be 0");
+        BURIN_TRY(checked_pose(*T_world_camera, "T_world_camera", &T));
+        state.session.raycast_map(c, T, {depth_m, normals, rgb}, state.jobs);
+        return {};
+    });
+}
+
+burin_status burin_sample(burin_map map, const double* points, uint64_t count, float* distances,
+                          float* gradients) {
+    return Call(map).run([&](MapState& state) -> Status {
+        if (count > 0 && (!points || !distances)) return null_argument(points ? "distances" : "points");
+        Sampler sampler(state.session.volume());
+        for (std::uint64_t i = 0; i < count; ++i) {
+            Vec3f g{NAN, NAN, NAN};
+            if (!sampler.distance_and_gradient({points[3 * i], points[3 * i + 1], points[3 * i + 2]},
+                                               &distances[i], &g))
+                distances[i] = NAN;
+            if (gradients)
+                for (int k = 0; k < 3; ++k) gradients[3 * i + static_cast<std::uint64_t>(k)] = g[k];
+        }
+        return {};
+    });
+}
+
+}  // extern "C"
