@@ -22,15 +22,25 @@ inline void pause() {
 
 Jobs::Jobs(int threads) : threads_(std::clamp(threads, 1, kMaxThreads)) {
     if (threads_ == 1) return;
-    workers_ = std::make_unique<std::thread[]>(static_cast<std::size_t>(threads_ - 1));
-    for (int i = 1; i < threads_; ++i) workers_[i - 1] = std::thread([this, i] { work(i); });
+    workers_ = std::make_unique<Worker[]>(static_cast<std::size_t>(threads_ - 1));
+    for (int i = 1; i < threads_; ++i) {
+        Worker& worker = workers_[i - 1];
+        worker.jobs = this;
+        worker.index = i;
+        if (::pthread_create(&worker.thread, nullptr, start, &worker) != 0) threads_ = i;  // ends the loop
+    }
+}
+
+void* Jobs::start(void* worker) {
+    static_cast<Worker*>(worker)->jobs->work(static_cast<Worker*>(worker)->index);
+    return nullptr;
 }
 
 Jobs::~Jobs() {
     stop_.store(true);
     run_id_.fetch_add(1);
     run_id_.notify_all();
-    for (int i = 1; i < threads_; ++i) workers_[i - 1].join();
+    for (int i = 1; i < threads_; ++i) ::pthread_join(workers_[i - 1].thread, nullptr);
 }
 
 void Jobs::run_erased(int count, Function function, void* context) {

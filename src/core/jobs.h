@@ -3,10 +3,12 @@
 // an item may only write what belongs to its own index. Results then do not depend on the number of threads.
 #pragma once
 
+#include <pthread.h>
+
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <thread>
+#include <type_traits>
 
 namespace burin {
 
@@ -14,7 +16,8 @@ inline constexpr int kMaxThreads = 64;
 
 class Jobs {
   public:
-    // threads counts the calling thread: 1 starts none. Clamped to 1..kMaxThreads.
+    // threads counts the calling thread: 1 starts none. Clamped to 1..kMaxThreads. Where the system refuses a thread,
+    // the pool makes do with those it got: results do not depend on their number. (std::thread would throw.)
     explicit Jobs(int threads);
     ~Jobs();
     Jobs(const Jobs&) = delete;
@@ -36,9 +39,15 @@ class Jobs {
     using Function = void (*)(void* context, int item, int worker);
     void run_erased(int count, Function function, void* context);
     void work(int worker);
+    static void* start(void* worker);
 
+    struct Worker {
+        Jobs* jobs;
+        int index;
+        pthread_t thread;
+    };
     int threads_;
-    std::unique_ptr<std::thread[]> workers_;
+    std::unique_ptr<Worker[]> workers_;
     Function function_ = nullptr;
     void* context_ = nullptr;
     int count_ = 0;

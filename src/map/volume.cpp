@@ -2,7 +2,6 @@
 #include "map/volume.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
 #include "core/hash.h"
@@ -11,11 +10,10 @@ namespace burin {
 
 void Volume::place(Arena& arena, const VolumeShape& shape) {
     shape_ = shape;
-    // A power of two with at most 2/3 filled: linear probing then takes 2 probes for a hit, 5 for a miss on
-    // average.
-    const std::uint32_t entries = std::bit_ceil(shape.capacity + shape.capacity / 2 + 1);
-    table_mask_ = entries - 1;
-    table_ = arena.allocate<Entry>(entries, 64);
+    // At most 2/3 filled: linear probing then takes 2 probes for a hit, 5 for a miss on average. Not rounded
+    // up to a power of two: a table that doubles at some capacity would leave megabytes of a budget unused.
+    table_size_ = shape.capacity + shape.capacity / 2 + 1;
+    table_ = arena.allocate<Entry>(table_size_, 64);
     keys_ = arena.allocate<ChunkKey>(shape.capacity, 64);
     last_seen_ = arena.allocate<std::uint32_t>(shape.capacity, 64);
     least_distance_ = arena.allocate<std::int16_t>(shape.capacity, 64);
@@ -27,11 +25,15 @@ void Volume::place(Arena& arena, const VolumeShape& shape) {
 void Volume::clear() {
     live_ = 0;
     high_water_ = 0;
-    std::memset(static_cast<void*>(table_), 0, sizeof(Entry) * (std::size_t{table_mask_} + 1));
+    std::memset(static_cast<void*>(table_), 0, sizeof(Entry) * std::size_t{table_size_});
+}
+
+std::uint32_t Volume::home(ChunkKey key) const {
+    return static_cast<std::uint32_t>((mix64(key) >> 32) * table_size_ >> 32);
 }
 
 std::uint32_t Volume::find(ChunkKey key) const {
-    for (std::uint32_t i = static_cast<std::uint32_t>(mix64(key)) & table_mask_;; i = (i + 1) & table_mask_) {
+    for (std::uint32_t i = home(key);; i = after(i)) {
         if (table_[i].key == key) return table_[i].slot;
         if (table_[i].key == 0) return kNoChunk;
     }
@@ -39,8 +41,8 @@ std::uint32_t Volume::find(ChunkKey key) const {
 
 std::uint32_t Volume::insert(ChunkKey key) {
     if (live_ == shape_.capacity) return kNoChunk;
-    std::uint32_t i = static_cast<std::uint32_t>(mix64(key)) & table_mask_;
-    while (table_[i].key != 0) i = (i + 1) & table_mask_;
+    std::uint32_t i = home(key);
+    while (table_[i].key != 0) i = after(i);
     const std::uint32_t slot = live_++;
     high_water_ = std::max(high_water_, live_);
     table_[i] = {key, slot, 0};

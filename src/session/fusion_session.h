@@ -83,6 +83,7 @@ class FusionSession {
 
   private:
     void spread_dirt();
+    void spread_dirt_of(std::uint32_t slot);
 
     FusionOptions options_;
     Volume volume_;
