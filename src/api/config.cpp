@@ -10,7 +10,9 @@ namespace burin {
 namespace {
 
 Status in_range(const char* field, double value, double low, double high) {
-    if (value >= low && value <= high) return {};
+    // The fields are floats: 0.01f is a little less than 0.01.
+    constexpr double kFloat = 1e-7;
+    if (value >= low * (1 - kFloat) && value <= high * (1 + kFloat)) return {};
     return Status::error(Code::invalid_argument, "config: %s is %g, expected %g to %g", field, value, low,
                          high);
 }
@@ -46,7 +48,7 @@ Status check_config(const burin_config& c) {
     BURIN_TRY(in_range("max_width", c.max_width, 1, kMaxImageSide));
     BURIN_TRY(in_range("max_height", c.max_height, 1, kMaxImageSide));
     BURIN_TRY(in_range("threads", c.threads, 1, kMaxThreads));
-    if (c.max_depth_m > kMaxViewVoxels * c.voxel_m)
+    if (c.max_depth_m > kMaxViewVoxels * c.voxel_m * (1 + 1e-6))
         return Status::error(Code::invalid_argument,
                              "config: max_depth_m is %g, expected at most %g, 10000 voxels of voxel_m %g",
                              static_cast<double>(c.max_depth_m), kMaxViewVoxels * c.voxel_m,
