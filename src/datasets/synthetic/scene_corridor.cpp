@@ -30,8 +30,10 @@ void add_fitting(SceneBuilder& b, Vec3d p, Vec3d n, double yaw) {
                 b.add(Shape::cylinder, {0, 0.05, 0.5 * kHeight}, {0.17, 0, 0.5 * kHeight + 0.01}, stone);
             return;
         }
-        case 4:
-            return add_bin(b, off(0.2), b.random.in(0.13, 0.17), b.random.in(0.35, 0.6));
+        case 4: {
+            const double radius = b.random.in(0.13, 0.17), height = b.random.in(0.35, 0.6);
+            return add_bin(b, off(0.2), radius, height);
+        }
         case 5: {
             const double wide = b.random.in(0.3, 0.55), tall = b.random.in(0.2, 0.5);
             add_carton(b, off(0.22), yaw + b.random.in(-0.2, 0.2), {wide, 0.32, tall});

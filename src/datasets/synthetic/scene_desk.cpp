@@ -92,8 +92,9 @@ SceneData desk_scene(std::uint64_t seed) {
 
     const double shift = b.random.in(-0.12, 0.12);
     add_monitor(b, {shift, 0.24, kTop - 0.002}, kPi + b.random.in(-0.15, 0.15), 0.5);
-    add_keyboard(b, {shift + b.random.in(-0.03, 0.03), -0.12, kTop}, b.random.in(-0.1, 0.1));
-    b.object(kNone, {shift + 0.3, -0.12 + b.random.in(-0.03, 0.03), kTop}, b.random.in(-0.3, 0.3));
+    const double keys_turn = b.random.in(-0.1, 0.1), mouse_turn = b.random.in(-0.3, 0.3);
+    add_keyboard(b, {shift + b.random.in(-0.03, 0.03), -0.12, kTop}, keys_turn);
+    b.object(kNone, {shift + 0.3, -0.12 + b.random.in(-0.03, 0.03), kTop}, mouse_turn);
     b.add(Shape::ellipsoid, {0, 0, 0.008}, {0.032, 0.055, 0.026},
           b.material(Texture::plain, {0.1f, 0.1f, 0.1f}, {}));
     const double side = b.random.sign();

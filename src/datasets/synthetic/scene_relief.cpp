@@ -43,10 +43,11 @@ class Carving {
         : petals_(5 + random.below(4)), noise_(static_cast<std::uint32_t>(random.bits())) {
         turn_ = random.in(0, 2 * kPi);
         scroll_ = random.in(0, 2 * kPi);
-        // Six glyphs of three to four strokes each, on a band below the rosette.
+        // Eight glyphs of three to four strokes each, on a band below the rosette.
         for (int glyph = 0; glyph < 8; ++glyph) {
             const double cx = -0.147 + 0.042 * glyph;
-            for (int i = 0; i < 3 + random.below(2); ++i) {
+            const int strokes = 3 + random.below(2);
+            for (int i = 0; i < strokes; ++i) {
                 const double x0 = cx + 0.007 * (random.below(4) - 1.5),
                              y0 = -0.1 + 0.008 * (random.below(4) - 1.5);
                 const double x1 = cx + 0.007 * (random.below(4) - 1.5),
