@@ -30,30 +30,22 @@ void for_own_cells(const ChunkBlock& block, Body&& body) {
 }
 
 // An own edge carries a vertex when it crosses and one of the four cells around it is active.
-EdgeRows edges_of(const ChunkBlock& block) {
-    EdgeRows rows;
-    for (int z = 0; z < 8; ++z)
+void find_edges(const ChunkBlock& block, std::uint64_t edges[24]) {
+    for (int z = 0; z < 8; ++z) {
+        std::uint64_t groups[3] = {};
         for (int y = 0; y < 8; ++y) {
-            // Own rows of active cells, bit x for cell x in 0..7, and the same shifted so that bit x is cell
-            // x - 1.
+            // Bit x + 1 for cell x; shifted left by one, the same bit stands for cell x - 1.
             const unsigned here = block.active_cells(y, z), below_y = block.active_cells(y - 1, z),
-                           below_z = block.active_cells(y, z - 1),
-                           below_both = block.active_cells(y - 1, z - 1);
-            const unsigned around_x = here | below_y | below_z | below_both;
-            const unsigned around_y = here | here << 1 | below_z | below_z << 1;
-            const unsigned around_z = here | here << 1 | below_y | below_y << 1;
-            unsigned cross[3] = {};
-            for (int x = 0; x < 8; ++x) {
-                const bool s = block.sdf(x, y, z) < 0;
-                cross[0] |= static_cast<unsigned>(s != (block.sdf(x + 1, y, z) < 0)) << x;
-                cross[1] |= static_cast<unsigned>(s != (block.sdf(x, y + 1, z) < 0)) << x;
-                cross[2] |= static_cast<unsigned>(s != (block.sdf(x, y, z + 1) < 0)) << x;
-            }
-            const unsigned around[3] = {around_x, around_y, around_z};
+                           below_z = block.active_cells(y, z - 1), below_both = block.active_cells(y - 1, z - 1);
+            const unsigned around[3] = {here | below_y | below_z | below_both, here | here << 1 | below_z | below_z << 1,
+                                        here | here << 1 | below_y | below_y << 1};
+            const unsigned row = block.inside_row(y, z);
+            const unsigned cross[3] = {row ^ row >> 1, row ^ block.inside_row(y + 1, z), row ^ block.inside_row(y, z + 1)};
             for (int axis = 0; axis < 3; ++axis)
-                rows.bits[axis * 64 + z * 8 + y] = static_cast<std::uint8_t>(around[axis] >> 1 & cross[axis]);
+                groups[axis] |= static_cast<std::uint64_t>(around[axis] >> 1 & cross[axis] >> 1 & 0xff) << 8 * y;
         }
-    return rows;
+        for (int axis = 0; axis < 3; ++axis) edges[axis * 8 + z] = groups[axis];
+    }
 }
 
 }  // namespace
@@ -71,11 +63,15 @@ MeshCounts Mesher::count(const Volume& volume, const MeshOptions& options, Jobs&
         for (int slot = item * kPerItem; slot < std::min(live, (item + 1) * kPerItem); ++slot) {
             ChunkMesh& mesh = chunks_[slot];
             const ChunkBlock block(volume, static_cast<std::uint32_t>(slot), options);
-            mesh.edges = edges_of(block);
+            if (block.empty()) {
+                mesh = {};
+                continue;
+            }
+            find_edges(block, mesh.edges);
             std::uint32_t vertices = 0;
-            for (int r = 0; r < 192; ++r) {
-                mesh.rank[r] = static_cast<std::uint16_t>(vertices);
-                vertices += static_cast<std::uint32_t>(std::popcount(mesh.edges.bits[r]));
+            for (int group = 0; group < 24; ++group) {
+                mesh.rank[group] = static_cast<std::uint16_t>(vertices);
+                vertices += static_cast<std::uint32_t>(std::popcount(mesh.edges[group]));
             }
             mesh.vertices = vertices;
             mesh.triangles = 0;
@@ -107,12 +103,15 @@ void Mesher::extract(const Volume& volume, const MeshOptions& options, const Mes
 
 void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
                            const MeshBuffers& out) const {
-    const ChunkBlock block(volume, slot, options);
+    ChunkBlock block(volume, slot, options);
+    block.gather_weights();
     const ChunkMesh& mesh = chunks_[slot];
     std::uint64_t at = mesh.first_vertex;
-    for (int r = 0; r < 192; ++r)
-        for (unsigned row = mesh.edges.bits[r]; row != 0; row &= row - 1)
-            write_vertex(block.vertex(std::countr_zero(row), r & 7, r >> 3 & 7, r >> 6), at++, out);
+    for (int group = 0; group < 24; ++group)
+        for (std::uint64_t left = mesh.edges[group]; left != 0; left &= left - 1) {
+            const int bit = std::countr_zero(left);
+            write_vertex(block.vertex(bit & 7, bit >> 3, group & 7, group >> 3), at++, out);
+        }
 
     std::uint32_t* triangle = out.triangles + 3 * std::uint64_t{mesh.first_triangle};
     for_own_cells(block, [&](int x, int y, int z, const CubeTriangles& cell) {
@@ -124,9 +123,9 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshO
                       ez = z + (edge.corner >> 2);
             // Known corners exist, so their chunk does.
             const ChunkMesh& owner = chunks_[block.neighbours().slot[Neighbourhood::place(ex, ey, ez)]];
-            const int row = edge.axis * 64 + (ez & 7) * 8 + (ey & 7);
-            const unsigned before = owner.edges.bits[row] & ((1u << (ex & 7)) - 1);
-            id[e] = owner.first_vertex + owner.rank[row] + static_cast<std::uint32_t>(std::popcount(before));
+            const int group = edge.axis * 8 + (ez & 7), bit = (ey & 7) * 8 + (ex & 7);
+            const std::uint64_t before = owner.edges[group] & ((std::uint64_t{1} << bit) - 1);
+            id[e] = owner.first_vertex + owner.rank[group] + static_cast<std::uint32_t>(std::popcount(before));
         }
         for (int t = 0; t < cell.count; ++t)
             for (int k = 0; k < 3; ++k) *triangle++ = id[cell.edge[t][k]];
@@ -135,7 +134,9 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshO
 
 MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
                       const MeshBuffers& out) {
-    const ChunkBlock block(volume, slot, options);
+    ChunkBlock block(volume, slot, options);
+    if (block.empty()) return {};
+    block.gather_weights();
     constexpr std::uint16_t kNone = 0xffff;
     std::uint16_t id[3 * 9 * 9 * 9];
     std::memset(id, 0xff, sizeof id);

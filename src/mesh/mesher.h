@@ -23,12 +23,6 @@ struct MeshCounts {
     std::uint64_t vertices = 0, triangles = 0;
 };
 
-// Bits of a chunk's edges that carry a vertex: row r = axis * 64 + z * 8 + y, bit x. An edge belongs to the
-// chunk of its low voxel.
-struct EdgeRows {
-    std::uint8_t bits[192];
-};
-
 class Mesher {
   public:
     void place(Arena& arena, std::uint32_t capacity);
@@ -41,9 +35,11 @@ class Mesher {
     void extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) const;
 
   private:
+    // An edge belongs to the chunk of its low voxel. Those that carry a vertex are bits: group = axis * 8 + z, bit
+    // 8 * y + x. 264 bytes a chunk.
     struct ChunkMesh {
-        EdgeRows edges;
-        std::uint16_t rank[192];  // vertices of this chunk before row r
+        std::uint64_t edges[24];
+        std::uint16_t rank[24];  // vertices of this chunk before the group
         std::uint32_t first_vertex, first_triangle, vertices, triangles;
     };
     void extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
