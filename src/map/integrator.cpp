@@ -5,8 +5,14 @@
 #include <atomic>
 #include <cmath>
 
+#include "core/hash.h"
+
 namespace burin {
 namespace {
+
+// A chunk is looked at for carving every so many frames, with that many times the weight: noise fades as fast, and a
+// frame pays a quarter. Which chunks are due follows from their keys, so it is the same after loading a map.
+constexpr int kCarveEvery = 4;
 
 constexpr int kChunksPerItem = 16;  // one step of the job counter; 16 chunks take some 10 us
 
@@ -187,6 +193,7 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
              slot < std::min(volume.live(), (static_cast<std::uint32_t>(item) + 1) * kScan); ++slot) {
             if (volume.last_seen(slot) == job.frame_number || volume.least_distance(slot) == simd::kFree)
                 continue;
+            if ((mix64(volume.key(slot)) + job.frame_number) % kCarveEvery != 0) continue;
             const auto base = p.base(volume.key(slot), voxel_m);
             const float z = base.z + to_centre[2], near_z = z - radius;
             if (z + radius <= 0.0f) continue;
@@ -216,10 +223,9 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
                      .free)
                 continue;
             ChunkGeometry& chunk = volume.geometry(slot);
-            if (!simd::carve_distances(distances, w, options_.fuse, chunk.sdf, chunk.weight)) continue;
-            int least = simd::kFree;
-            for (int i = 0; i < kChunkVoxels; ++i)
-                if (chunk.weight[i] > 0) least = std::min(least, std::abs(static_cast<int>(chunk.sdf[i])));
+            const int least =
+                simd::carve_distances(distances, w, kCarveEvery, options_.fuse, chunk.sdf, chunk.weight);
+            if (least < 0) continue;
             volume.least_distance(slot) = static_cast<std::int16_t>(least);
             volume.flags(slot) |= kChunkDirty;
             volume.last_seen(slot) = job.frame_number;

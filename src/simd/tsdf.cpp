@@ -91,6 +91,21 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
     return least;
 }
 
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
+                    std::int16_t* sdf, std::uint16_t* weight_sum) {
+    int least = kFree;
+    bool changed = false;
+    for (int i = 0; i < kChunkVoxels; ++i) {
+        if (weight_sum[i] == 0) continue;
+        if (distances[i] == kFree && sdf[i] != kFree) {
+            average(distances[i], times * (weights ? weights[i] : kWeightOne), model, &sdf[i], &weight_sum[i]);
+            changed = true;
+        }
+        least = std::min(least, std::abs(static_cast<int>(sdf[i])));
+    }
+    return changed ? least : -1;
+}
+
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     const std::int32_t last =
@@ -133,18 +148,6 @@ void fuse_colours(const std::int16_t* distances, const ColourWindow& window, con
 
 }  // namespace scalar
 
-bool carve_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
-                     std::int16_t* sdf, std::uint16_t* weight_sum) {
-    bool changed = false;
-    for (int i = 0; i < kChunkVoxels; ++i) {
-        if (distances[i] != kFree || weight_sum[i] == 0 || sdf[i] == kFree) continue;
-        const int w = observation_weight(distances[i], weights, i, model);
-        average(distances[i], w, model, &sdf[i], &weight_sum[i]);
-        changed = true;
-    }
-    return changed;
-}
-
 #if defined(BURIN_SCALAR_ONLY)
 Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
                           const TruncationModel& truncation, std::int16_t* distances,
@@ -154,6 +157,10 @@ Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& of
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
+}
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
+                    std::int16_t* sdf, std::uint16_t* weight_sum) {
+    return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
 }
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {

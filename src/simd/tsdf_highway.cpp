@@ -27,6 +27,10 @@ int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, c
                   std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
 }
+int CarveDistances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
+                   std::int16_t* sdf, std::uint16_t* weight_sum) {
+    return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
+}
 void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     scalar::fuse_colours(distances, window, offsets, base, model, colours);
@@ -184,6 +188,41 @@ int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, c
     return with(Fuse<Drop::none, false>, Fuse<Drop::none, true>);
 }
 
+int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights, int times,
+                   const FuseModel& model, std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
+    const DF df;
+    const DI di;
+    const D16 d16;
+    const DU16 du16;
+    const int lanes = static_cast<int>(hn::Lanes(df));
+    const auto free_i = hn::Set(di, kFree), zero = hn::Zero(di), max_weight = hn::Set(di, model.max_weight);
+    auto least = free_i;
+    bool changed = false;
+    for (int i = 0; i < kChunkVoxels; i += lanes) {
+        const auto sum = hn::PromoteTo(di, hn::Load(du16, weight_sum + i));
+        const auto observed = hn::Gt(sum, zero);
+        if (hn::AllFalse(di, observed)) continue;
+        auto value = hn::PromoteTo(di, hn::Load(d16, sdf + i));
+        const auto d = hn::PromoteTo(di, hn::Load(d16, distances + i));
+        const auto carved = hn::And(observed, hn::And(hn::Eq(d, free_i), hn::Ne(value, free_i)));
+        if (!hn::AllFalse(di, carved)) {
+            changed = true;
+            auto w = hn::Set(di, kWeightOne);
+            if (weights) w = hn::PromoteTo(di, hn::Load(du16, weights + i));
+            w = hn::Mul(w, hn::Set(di, times));
+            const auto total = hn::Add(sum, w);
+            const auto step = hn::Div(hn::Mul(hn::ConvertTo(df, w), hn::ConvertTo(df, hn::Sub(d, value))),
+                                      hn::ConvertTo(df, total));
+            value = hn::IfThenElse(carved, hn::Add(value, hn::NearestInt(step)), value);
+            const auto sum_after = hn::IfThenElse(carved, hn::Min(total, max_weight), sum);
+            hn::Store(hn::DemoteTo(d16, value), d16, sdf + i);
+            hn::Store(hn::DemoteTo(du16, sum_after), du16, weight_sum + i);
+        }
+        least = hn::Min(least, hn::IfThenElse(observed, hn::Abs(value), free_i));
+    }
+    return changed ? hn::GetLane(hn::MinOfLanes(di, least)) : -1;
+}
+
 // Four bytes at base + offset a lane; offsets need no alignment.
 HWY_INLINE hn::Vec<DI> GatherBytes(const std::uint8_t* base, hn::Vec<DI> offsets) {
     const DI di;
@@ -286,6 +325,7 @@ namespace burin::simd {
 
 HWY_EXPORT(ObserveChunk);
 HWY_EXPORT(FuseDistances);
+HWY_EXPORT(CarveDistances);
 HWY_EXPORT(FuseColours);
 
 Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
@@ -300,6 +340,12 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
     if (scalar_selected()) return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
     return BURIN_DISPATCH(FuseDistances)(distances, weights, model, sdf, weight_sum);
+}
+
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
+                    std::int16_t* sdf, std::uint16_t* weight_sum) {
+    if (scalar_selected()) return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
+    return BURIN_DISPATCH(CarveDistances)(distances, weights, times, model, sdf, weight_sum);
 }
 
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
