@@ -59,12 +59,14 @@ Result<Trajectory> parse_tum_trajectory(std::string_view text, const std::string
     Trajectory trajectory;
     LineReader lines(text);
     std::string_view line;
-    while (lines.next_content(&line)) {
+    for (bool first = true; lines.next_content(&line); first = false) {
         const std::string where = at_line(name, lines.number());
         double v[8];
-        BURIN_TRY(parse_row(line, where.c_str(), 8, v));
         std::string_view words[8];
         split_words(line, words, 8);
+        // A header that somebody forgot to comment out: some copies of TUM's files begin with "timestamp tx ty ...".
+        if (first && words[0] == "timestamp") continue;
+        BURIN_TRY(parse_row(line, where.c_str(), 8, v));
         for (int i = 1; i < 8; ++i)
             if (!std::isfinite(v[i]))
                 return Status::error(Code::format, "%s: '%s' is not finite, expected 8 finite numbers",
