@@ -146,7 +146,7 @@ burin_status burin_raycast(burin_map map, const burin_camera* camera, const buri
         Se3 T;
         BURIN_TRY(checked_camera(*camera, "raycast", &c));
         if (c.distorted()) return Status::error(Code::unsupported, "raycast camera: distortion must be 0");
-        BURIN_TRY(checked_pose(*T_world_camera, "T_world_camera", &T));
+        BURIN_TRY(checked_world_pose(*T_world_camera, state.config, &T));
         state.session.raycast_map(c, T, {depth_m, normals, rgb}, state.jobs);
         return {};
     });

@@ -53,6 +53,11 @@ Status checked_pose(const burin_pose& pose, const char* what, Se3* out) {
     return {};
 }
 
+Status checked_world_pose(const burin_pose& pose, const burin_config& config, Se3* out) {
+    BURIN_TRY(checked_pose(pose, "T_world_camera", out));
+    return check_reach(*out, config);
+}
+
 Status checked_frame(const burin_frame& f, const burin_config& config, FrameView* out) {
     if (f.struct_size != sizeof(burin_frame))
         return Status::error(Code::invalid_argument,
@@ -87,8 +92,7 @@ Status checked_frame(const burin_frame& f, const burin_config& config, FrameView
     else
         v.depth_f32 = {static_cast<const float*>(f.depth), v.depth_camera.width, v.depth_camera.height,
                        stride};
-    BURIN_TRY(checked_pose(f.T_world_camera, "T_world_camera", &v.T_world_camera));
-    BURIN_TRY(check_reach(v.T_world_camera, config));
+    BURIN_TRY(checked_world_pose(f.T_world_camera, config, &v.T_world_camera));
     if (f.rgb) {
         BURIN_TRY(checked_camera(f.colour_camera, "colour", &v.colour_camera));
         BURIN_TRY(check_stride("frame: rgb_stride_bytes", f.rgb_stride_bytes,

@@ -2,6 +2,7 @@
 #include "map/raycast.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "map/sample.h"
@@ -21,56 +22,65 @@ double to_chunk_exit(Vec3d p, Vec3d direction, double chunk_m) {
     return std::max(exit, 0.0);
 }
 
+// Where the field is 0 between t[0], where it is d[0] > 0, and t[1], where it is d[1] <= 0: by linear
+// interpolation, repeated since the field is only nearly linear.
+double crossing(Sampler& sampler, Vec3d origin, Vec3d direction, std::array<double, 2> t,
+                std::array<float, 2> d) {
+    double at = 0;
+    for (int i = 0;; ++i) {
+        at = t[0] + (t[1] - t[0]) * d[0] / (d[0] - d[1]);
+        float d_at = 0;
+        if (i == 2 || !sampler.distance(origin + direction * at, &d_at)) return at;
+        const std::size_t end = d_at > 0 ? 0 : 1;
+        t[end] = at;
+        d[end] = d_at;
+    }
+}
+
 // Ray parameter (metres along the unit direction) of the surface, or a negative number.
 double first_surface(Sampler& sampler, Vec3d origin, Vec3d direction, double t_end, double voxel_m) {
-    bool before = false;  // the last step read a positive distance
+    bool before = false;  // the last step read a positive distance, interpolated
     float d_before = 0;
     double t_before = 0;
+    // A step as long as the distance may jump over the surface: the nearest voxel is off by up to one, and
+    // projective distances taken at a grazing angle are several times the true ones. So where a step from
+    // `front` in free space lands behind the surface or in the unknown, the way up to there, `fine_end`, is
+    // walked again in short steps.
+    double front = -1, fine_end = 0;
     for (double t = 0; t < t_end;) {
         const Vec3d p = origin + direction * t;
+        const bool fine = t < fine_end;
         bool in_chunk = false;
         float d = 0;
-        if (!sampler.nearest(p, &d, &in_chunk)) {
+        bool known = sampler.nearest(p, &d, &in_chunk);
+        if (known && d > 2 * voxel_m && !fine) {  // far from a crossing: the nearest voxel is good enough
             before = false;
-            t += in_chunk ? voxel_m : to_chunk_exit(p, direction, kChunkSide * voxel_m) + 1e-3 * voxel_m;
-            continue;
-        }
-        if (d > 2 * voxel_m) {  // far from a crossing: the nearest voxel is good enough
-            before = false;
+            front = t;
             t += 0.8 * d;
             continue;
         }
-        if (!sampler.distance(p, &d)) {
+        const double skip_m = known ? 0.5 * voxel_m : voxel_m;
+        known = known && sampler.distance(p, &d);
+        if (known && d <= 0 && before)
+            return crossing(sampler, origin, direction, {t_before, t}, {d_before, d});
+        if (!(known && d > 0)) {
             before = false;
-            t += 0.5 * voxel_m;
-            continue;
-        }
-        if (d <= 0) {
-            if (before) {
-                // t* = t - dt d / (d - d_before), twice, since the field is only nearly linear.
-                double low = t_before, high = t;
-                float d_low = d_before, d_high = d;
-                for (int i = 0; i < 2; ++i) {
-                    const double mid = low + (high - low) * d_low / (d_low - d_high);
-                    float d_mid;
-                    if (!sampler.distance(origin + direction * mid, &d_mid)) return mid;
-                    if (d_mid > 0) {
-                        low = mid;
-                        d_low = d_mid;
-                    } else {
-                        high = mid;
-                        d_high = d_mid;
-                    }
-                }
-                return low + (high - low) * d_low / (d_low - d_high);
+            if (front >= 0) {
+                fine_end = t;
+                t = front;
+                front = -1;
+            } else if (fine) {
+                t += 0.5 * voxel_m;
+            } else {  // we came from behind or from the unknown
+                t += in_chunk ? skip_m : to_chunk_exit(p, direction, kChunkSide * voxel_m) + 1e-3 * voxel_m;
             }
-            t += voxel_m;  // we came from behind or from the unknown
             continue;
         }
         before = true;
         d_before = d;
         t_before = t;
-        t += std::max(0.8 * d, 0.25 * voxel_m);
+        if (!fine) front = t;
+        t += fine ? 0.5 * voxel_m : std::max(0.8 * d, 0.25 * voxel_m);
     }
     return -1;
 }
