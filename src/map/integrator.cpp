@@ -14,7 +14,13 @@ namespace {
 // frame pays a quarter. Which chunks are due follows from their keys, so it is the same after loading a map.
 constexpr int kCarveEvery = 4;
 
+constexpr int kLookAhead = 8;  // keys between asking for a hash entry and reading it
+
 constexpr int kChunksPerItem = 16;  // one step of the job counter; 16 chunks take some 10 us
+
+void prefetch_for_write(const void* data, std::size_t bytes) {
+    for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(static_cast<const char*>(data) + i, 1);
+}
 
 // A camera as the kernels want it: affine maps from world to (fx X + cx Z, fy Y + cy Z, Z).
 struct Projector {
@@ -128,6 +134,7 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
 
     // Candidates that are not in the map: would they be touched?
     for_each([&](int i) {
+        if (i + kLookAhead < count) volume.prefetch(keys_[i + kLookAhead]);
         slots_[i] = volume.find(keys_[i]);
         touched_[i] = 0;
         if (slots_[i] != kNoChunk) return;
@@ -151,6 +158,7 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
         std::uint16_t* w = job.window.weights ? weights : nullptr;
+        prefetch_for_write(&volume.geometry(slot), sizeof(ChunkGeometry));  // arrives while the depth is read
         const auto base = job.depth_projector.base(keys_[i], voxel_m);
         if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w)
                  .touched)

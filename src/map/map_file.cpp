@@ -34,6 +34,13 @@ std::uint64_t digest_of(const MapFileHead& head) {
     return hash_bytes(&head, offsetof(MapFileHead, head_hash));
 }
 
+// 4 TiB of geometry; keeps capacities, and tables half as large again, inside 32 bits.
+constexpr std::uint32_t kMaxChunks = 1u << 30;
+
+bool only_zeros(const unsigned char* bytes, std::size_t count) {
+    return std::all_of(bytes, bytes + count, [](unsigned char b) { return b == 0; });
+}
+
 Status damaged(const char* name, const char* what) {
     return Status::error(Code::format, "%s: map file is damaged: %s", name, what);
 }
@@ -112,13 +119,16 @@ Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_by
     if (head->head_hash != digest_of(*head)) return damaged(name, "the checksum of the head does not match");
     if (!(head->voxel_m > 0) || !(head->truncation_m > 0) || !std::isfinite(head->voxel_m) ||
         !std::isfinite(head->truncation_m) || head->config_bytes > sizeof head->config ||
-        head->has_colour > 1)
+        head->has_colour > 1 || head->chunks > kMaxChunks)
         return damaged(name, "the head holds impossible values");
     if (file_bytes != expected_bytes(*head))
         return Status::error(Code::format,
                              "%s: map file is damaged: %llu bytes long, expected %llu for %u chunks", name,
                              static_cast<unsigned long long>(file_bytes),
                              static_cast<unsigned long long>(expected_bytes(*head)), head->chunks);
+    const auto* all = static_cast<const unsigned char*>(data);
+    if (!only_zeros(all + sizeof *head, std::min(bytes, kMapFilePage) - sizeof *head))
+        return damaged(name, "bytes behind the head are not 0");
     return {};
 }
 
@@ -126,7 +136,7 @@ Status read_map_head(const char* path, MapFileHead* head) {
     File file(path);
     if (!file) return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
     const std::uint64_t size = file.size();
-    unsigned char bytes[sizeof(MapFileHead)];
+    unsigned char bytes[kMapFilePage];
     const std::size_t have = size < sizeof bytes ? static_cast<std::size_t>(size) : sizeof bytes;
     if (!file.seek(0) || !file.read(bytes, have))
         return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
@@ -154,7 +164,10 @@ Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::
         if (volume.insert(entry.key) == kNoChunk) return fail("it holds more chunks than there is room for");
     }
     if (index_hash != head.index_hash) return fail("the checksum of the index does not match");
-    if (!file.seek(geometry_at(head.chunks))) return fail("the chunks are cut short");
+    unsigned char padding[kMapFilePage];
+    const std::uint64_t rest = index_bytes(head.chunks) - std::uint64_t{head.chunks} * sizeof(IndexEntry);
+    if (!file.read(padding, static_cast<std::size_t>(rest))) return fail("the index is cut short");
+    if (!only_zeros(padding, static_cast<std::size_t>(rest))) return fail("bytes behind the index are not 0");
     for (std::uint32_t slot = 0; slot < head.chunks; ++slot) {
         ChunkGeometry& g = volume.geometry(slot);
         if (!file.read(&g, sizeof g)) return fail("the chunks are cut short");

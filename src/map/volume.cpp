@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/hash.h"
 
 namespace burin {
 
@@ -26,10 +25,6 @@ void Volume::clear() {
     live_ = 0;
     high_water_ = 0;
     std::memset(static_cast<void*>(table_), 0, sizeof(Entry) * std::size_t{table_size_});
-}
-
-std::uint32_t Volume::home(ChunkKey key) const {
-    return static_cast<std::uint32_t>((mix64(key) >> 32) * table_size_ >> 32);
 }
 
 std::uint32_t Volume::find(ChunkKey key) const {

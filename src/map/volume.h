@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "core/arena.h"
+#include "core/hash.h"
 #include "map/chunk.h"
 
 namespace burin {
@@ -40,6 +41,8 @@ class Volume {
 
     // kNoChunk when absent. Safe from several threads while nobody inserts or removes.
     std::uint32_t find(ChunkKey key) const;
+    // Asks the cache for what find(key) will read.
+    void prefetch(ChunkKey key) const { __builtin_prefetch(&table_[home(key)]); }
     // A new chunk, all voxels unobserved and dirty, or kNoChunk when the pool is full. `key` must be absent.
     std::uint32_t insert(ChunkKey key);
 
@@ -71,7 +74,9 @@ class Volume {
 
   private:
     // Where the search for a key begins: the hash scaled to the table, so that its size need not be a power of two.
-    std::uint32_t home(ChunkKey key) const;
+    std::uint32_t home(ChunkKey key) const {
+        return static_cast<std::uint32_t>((mix64(key) >> 32) * table_size_ >> 32);
+    }
     std::uint32_t after(std::uint32_t i) const { return i + 1 == table_size_ ? 0 : i + 1; }
 
     struct Entry {
