@@ -34,7 +34,7 @@ std::uint64_t digest_of(const MapFileHead& head) {
     return hash_bytes(&head, offsetof(MapFileHead, head_hash));
 }
 
-// 4 TiB of geometry; keeps capacities, and tables half as large again, inside 32 bits.
+// 2 TiB of geometry; keeps capacities, and tables half as large again, inside 32 bits.
 constexpr std::uint32_t kMaxChunks = 1u << 30;
 
 bool only_zeros(const unsigned char* bytes, std::size_t count) {
