@@ -103,6 +103,7 @@ burin_status burin_create(const burin_config* config, void* memory, uint64_t byt
             thread_error(),
             Status::error(Code::insufficient_memory, "memory is %llu bytes, expected at least %llu",
                           static_cast<unsigned long long>(bytes), static_cast<unsigned long long>(needed)));
+    simd::target_name();  // the choice of kernels allocates, once a process: not in the first frame
     Arena arena(memory, needed);
     MapState* state = new (arena.allocate<MapState>(1, 64)) MapState(static_cast<int>(config->threads));
     state->config = *config;

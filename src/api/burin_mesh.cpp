@@ -125,6 +125,8 @@ burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_me
 
 burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_triangles, uint32_t* scratch) {
     if (!mesh || !scratch) return report(thread_error(), null_argument(mesh ? "scratch" : "mesh"));
+    if (!mesh->triangles && mesh->triangle_count > 0)
+        return report(thread_error(), null_argument("mesh->triangles"));
     for (std::uint64_t i = 0; i < 3 * mesh->triangle_count; ++i)
         if (mesh->triangles[i] >= mesh->vertex_count)
             return report(

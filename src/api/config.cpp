@@ -48,6 +48,10 @@ Status check_config(const burin_config& c) {
     BURIN_TRY(in_range("max_width", c.max_width, 1, kMaxImageSide));
     BURIN_TRY(in_range("max_height", c.max_height, 1, kMaxImageSide));
     BURIN_TRY(in_range("threads", c.threads, 1, kMaxThreads));
+    for (const std::uint32_t reserved : c.reserved)
+        if (reserved != 0)
+            return Status::error(Code::invalid_argument, "config: a reserved field is %u, expected 0",
+                                 reserved);
     if (c.max_depth_m > kMaxViewVoxels * c.voxel_m * (1 + 1e-6))
         return Status::error(Code::invalid_argument,
                              "config: max_depth_m is %g, expected at most %g, 10000 voxels of voxel_m %g",

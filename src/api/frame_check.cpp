@@ -18,13 +18,15 @@ Status check_reach(const Se3& T, const burin_config& config) {
                          T.t.x, T.t.y, T.t.z, limit_m);
 }
 
-Status check_stride(const char* what, std::uint64_t stride, std::uint64_t row_bytes, std::uint64_t unit) {
-    // 2^32: a stride that large is a negative number in disguise.
-    if (stride >= row_bytes && stride % unit == 0 && stride < (std::uint64_t{1} << 32)) return {};
+Status check_stride(const char* what, std::uint64_t stride, std::uint64_t row_bytes, std::uint64_t rows,
+                    std::uint64_t unit) {
+    // Kernels reach pixels by 32-bit offsets; and a stride that large is a negative number in disguise.
+    const std::uint64_t most = ((std::uint64_t{1} << 31) - 1) / rows;
+    if (stride >= row_bytes && stride % unit == 0 && stride <= most) return {};
     return Status::error(Code::invalid_argument,
-                         "%s is %llu bytes, expected at least %llu and a multiple of %llu", what,
+                         "%s is %llu bytes, expected %llu to %llu and a multiple of %llu", what,
                          static_cast<unsigned long long>(stride), static_cast<unsigned long long>(row_bytes),
-                         static_cast<unsigned long long>(unit));
+                         static_cast<unsigned long long>(most), static_cast<unsigned long long>(unit));
 }
 
 }  // namespace
@@ -81,7 +83,7 @@ Status checked_frame(const burin_frame& f, const burin_config& config, FrameView
                              config.max_height);
     const std::uint64_t sample = f.depth_type == BURIN_DEPTH_U16 ? 2 : 4;
     BURIN_TRY(check_stride("frame: depth_stride_bytes", f.depth_stride_bytes, sample * f.depth_camera.width,
-                           sample));
+                           f.depth_camera.height, sample));
     if (reinterpret_cast<std::uintptr_t>(f.depth) % sample != 0)
         return Status::error(Code::invalid_argument, "frame: depth is not aligned to its %d-byte samples",
                              static_cast<int>(sample));
@@ -96,7 +98,7 @@ Status checked_frame(const burin_frame& f, const burin_config& config, FrameView
     if (f.rgb) {
         BURIN_TRY(checked_camera(f.colour_camera, "colour", &v.colour_camera));
         BURIN_TRY(check_stride("frame: rgb_stride_bytes", f.rgb_stride_bytes,
-                               std::uint64_t{3} * f.colour_camera.width, 1));
+                               std::uint64_t{3} * f.colour_camera.width, f.colour_camera.height, 1));
         BURIN_TRY(checked_pose(f.T_colour_depth, "T_colour_depth", &v.T_colour_depth));
         v.colour = {f.rgb, v.colour_camera.width, v.colour_camera.height,
                     static_cast<std::ptrdiff_t>(f.rgb_stride_bytes), 3};

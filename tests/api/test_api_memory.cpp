@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// After burin_create the runtime allocates nothing: malloc and its kin, operator new (which calls malloc) and
+// mmap are counted over a sequence with everything an application does per frame.
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+
+#include "scene_helpers.h"
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define BURIN_COUNT_ALLOCATIONS 1
+namespace {
+std::atomic<long> allocations{0};
+}
+// Visible to the shared libraries too: operator new calls malloc from within one.
+#pragma GCC visibility push(default)
+extern "C" {
+void* __libc_malloc(size_t);
+void* __libc_calloc(size_t, size_t);
+void* __libc_realloc(void*, size_t);
+void* __libc_memalign(size_t, size_t);
+void* malloc(size_t bytes) {
+    ++allocations;
+    return __libc_malloc(bytes);
+}
+void* calloc(size_t count, size_t bytes) {
+    ++allocations;
+    return __libc_calloc(count, bytes);
+}
+void* realloc(void* p, size_t bytes) {
+    ++allocations;
+    return __libc_realloc(p, bytes);
+}
+void* memalign(size_t alignment, size_t bytes) {
+    ++allocations;
+    return __libc_memalign(alignment, bytes);
+}
+void* aligned_alloc(size_t alignment, size_t bytes) {
+    ++allocations;
+    return __libc_memalign(alignment, bytes);
+}
+int posix_memalign(void** p, size_t alignment, size_t bytes) {
+    ++allocations;
+    *p = __libc_memalign(alignment, bytes);
+    return *p ? 0 : ENOMEM;
+}
+void* mmap(void* at, size_t bytes, int protection, int flags, int fd, off_t offset) {
+    ++allocations;
+    return reinterpret_cast<void*>(syscall(SYS_mmap, at, bytes, protection, flags, fd, offset));
+}
+}
+#pragma GCC visibility pop
+#endif
+
+namespace burin {
+namespace {
+
+#ifdef BURIN_COUNT_ALLOCATIONS
+
+TEST(Memory, NothingIsAllocatedAfterCreate) {
+    const Camera camera = test_camera();
+    std::vector<Image<float>> depths;
+    for (int i = 0; i < 10; ++i) depths.push_back(ball_and_wall().depth(camera, arc_pose(i, 10)));
+    const Image<std::uint8_t> colour(160, 120, 3, 90);
+    std::vector<float> positions(3 * 200000), normals(3 * 200000), depth(160 * 120), rays(3 * 160 * 120);
+    std::vector<std::uint32_t> triangles(3 * 400000), scratch(2 * 200000);
+    std::vector<std::uint8_t> colours(3 * 200000), rgb(3 * 160 * 120);
+    std::vector<burin_chunk_key> keys(100000);
+
+    for (const std::uint32_t threads : {1u, 3u}) {
+        burin_config config = test_config();
+        config.threads = threads;
+        config.bilateral = config.edge_removal = config.angle_weight = 1;
+        config.budget_bytes = 8u << 20;
+        const ApiMap map(config);
+        allocations = 0;
+        {
+            void* volatile probe = ::operator new(8);  // the counter counts
+            ::operator delete(probe);
+        }
+        ASSERT_GT(allocations.load(), 0);
+        allocations = 0;
+        long first_frame = 0, failed = 0;
+        std::uint64_t meshed = 0, hash = 0;
+        for (int i = 0; i < 200; ++i) {
+            FrameView view = frame_of(depths[static_cast<std::size_t>(i % 10)], camera, arc_pose(i % 10, 10));
+            view.colour = colour.view();
+            view.colour_camera = camera;
+            const burin_frame frame = c_frame(view);
+            burin_frame_result result;
+            failed += burin_integrate(map.map, &frame, &result) != BURIN_OK;
+            std::uint64_t count = 0;
+            failed += burin_dirty_chunks(map.map, keys.data(), keys.size(), &count) != BURIN_OK;
+            burin_mesh_buffers mesh{
+                200000, 400000, positions.data(), normals.data(), colours.data(), triangles.data(), 0, 0};
+            for (std::uint64_t k = 0; k < count; ++k)
+                failed += burin_chunk_mesh(map.map, keys[k], nullptr, &mesh) != BURIN_OK;
+            if (i % 10 == 0) {
+                failed += burin_mesh(map.map, nullptr, &mesh) != BURIN_OK;
+                meshed += mesh.triangle_count;
+                failed += burin_mesh_remove_small(&mesh, 50, scratch.data()) != BURIN_OK;
+                failed += burin_raycast(map.map, &frame.depth_camera, &frame.T_world_camera, depth.data(),
+                                        rays.data(), rgb.data()) != BURIN_OK;
+                burin_statistics stats;
+                failed += burin_stats(map.map, &stats) != BURIN_OK;
+                failed += burin_hash(map.map, &hash) != BURIN_OK;
+                const double point[3] = {0, 0, 2};
+                float distance = 0;
+                failed += burin_sample(map.map, point, 1, &distance, nullptr) != BURIN_OK;
+            }
+            burin_frame bad = frame;
+            bad.T_world_camera.qw = NAN;
+            failed += burin_integrate(map.map, &bad, nullptr) != BURIN_INVALID_ARGUMENT;
+            if (i == 0) first_frame = allocations.load();
+            if (i == 100) failed += burin_reset(map.map) != BURIN_OK;
+        }
+        const long all = allocations.load();  // before gtest allocates
+        EXPECT_EQ(all, 0) << threads << " threads, " << first_frame << " of them in the first frame";
+        EXPECT_EQ(failed, 0);
+        EXPECT_GT(meshed, 20u * 1000);
+    }
+}
+
+#else
+TEST(Memory, NothingIsAllocatedAfterCreate) { GTEST_SKIP() << "SKIPPED: this build has its own malloc"; }
+#endif
+
+}  // namespace
+}  // namespace burin

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: MIT
+// Wrong calls: each has its own status and one line of text, and none changes the map.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <functional>
+#include <limits>
+#include <thread>
+
+#include "core/status.h"
+#include "scene_helpers.h"
+
+namespace burin {
+namespace {
+
+constexpr burin_map kNull{0, 0};
+
+TEST(Misuse, StatusCodesAreThoseOfTheCore) {
+    EXPECT_EQ(static_cast<int>(Code::ok), BURIN_OK);
+    EXPECT_EQ(static_cast<int>(Code::invalid_argument), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(static_cast<int>(Code::insufficient_memory), BURIN_INSUFFICIENT_MEMORY);
+    EXPECT_EQ(static_cast<int>(Code::io), BURIN_IO);
+    EXPECT_EQ(static_cast<int>(Code::format), BURIN_FORMAT);
+    EXPECT_EQ(static_cast<int>(Code::state), BURIN_STATE);
+    EXPECT_EQ(static_cast<int>(Code::unsupported), BURIN_UNSUPPORTED);
+    EXPECT_EQ(static_cast<int>(Code::cancelled), BURIN_CANCELLED);
+}
+
+// One line that holds `part`.
+void expect_text(burin_map map, const std::string& part) {
+    const std::string text = burin_last_error(map);
+    EXPECT_NE(text.find(part), std::string::npos) << "'" << text << "' does not name '" << part << "'";
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+}
+
+// ----------------------------------------------------------------------------------------------------
+// configuration
+
+struct BadConfig {
+    const char* field;
+    std::function<void(burin_config&)> spoil;
+};
+
+TEST(Misuse, EveryFieldOfTheConfigurationHasItsRange) {
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    const BadConfig cases[] = {
+        {"size", [](burin_config& c) { c.struct_size -= 4; }},
+        {"size", [](burin_config& c) { c.struct_size += 4; }},
+        {"version", [](burin_config& c) { c.version = 0; }},
+        {"version", [](burin_config& c) { c.version = 2; }},
+        {"voxel_m", [=](burin_config& c) { c.voxel_m = nan; }},
+        {"voxel_m", [](burin_config& c) { c.voxel_m = 0; }},
+        {"voxel_m", [](burin_config& c) { c.voxel_m = 1.1f; }},
+        {"truncation_voxels", [](burin_config& c) { c.truncation_voxels = 1.9f; }},
+        {"truncation_voxels", [=](burin_config& c) { c.truncation_voxels = inf; }},
+        {"truncation", [](burin_config& c) { c.truncation = 2; }},
+        {"truncation_scale", [](burin_config& c) { c.truncation_scale = 0; }},
+        {"min_depth_m", [](burin_config& c) { c.min_depth_m = -1; }},
+        {"min_depth_m", [](burin_config& c) { c.min_depth_m = 0.009f; }},
+        {"max_depth_m", [](burin_config& c) { c.max_depth_m = 0.1f; }},
+        {"max_depth_m", [](burin_config& c) { c.max_depth_m = 51; }},
+        {"max_depth_m", [=](burin_config& c) { c.max_depth_m = nan; }},
+        {"max_depth_m", [](burin_config& c) { c.voxel_m = 0.001f, c.max_depth_m = 11; }},
+        {"weight", [](burin_config& c) { c.weight = 2; }},
+        {"drop", [](burin_config& c) { c.drop = 3; }},
+        {"angle_weight", [](burin_config& c) { c.angle_weight = 2; }},
+        {"max_weight", [](burin_config& c) { c.max_weight = 0.5f; }},
+        {"max_weight", [](burin_config& c) { c.max_weight = 1001; }},
+        {"carve", [](burin_config& c) { c.carve = 2; }},
+        {"colour", [](burin_config& c) { c.colour = 7; }},
+        {"bilateral", [](burin_config& c) { c.bilateral = 7; }},
+        {"edge_removal", [](burin_config& c) { c.edge_removal = 7; }},
+        {"max_width", [](burin_config& c) { c.max_width = 0; }},
+        {"max_width", [](burin_config& c) { c.max_width = 0xffffffffu; }},
+        {"max_height", [](burin_config& c) { c.max_height = 16385; }},
+        {"threads", [](burin_config& c) { c.threads = 0; }},
+        {"threads", [](burin_config& c) { c.threads = 65; }},
+        {"reserved", [](burin_config& c) { c.reserved[7] = 1; }},
+    };
+    const Memory memory = aligned_memory(16u << 20);
+    for (const BadConfig& bad : cases) {
+        burin_config config = test_config();
+        bad.spoil(config);
+        std::uint64_t bytes = 77;
+        EXPECT_EQ(burin_bytes(&config, &bytes), BURIN_INVALID_ARGUMENT) << bad.field;
+        EXPECT_EQ(bytes, 77u);
+        expect_text(kNull, bad.field);
+        burin_map map{5, 5};
+        EXPECT_EQ(burin_create(&config, memory.get(), 16u << 20, &map), BURIN_INVALID_ARGUMENT) << bad.field;
+    }
+    for (const auto& widest : {+[](burin_config& c) { c.min_depth_m = 0.01f; },
+                               +[](burin_config& c) { c.voxel_m = 0.0005f, c.max_depth_m = 5; },
+                               +[](burin_config& c) { c.voxel_m = 0.0007f, c.max_depth_m = 7; }}) {
+        burin_config config = test_config();
+        widest(config);
+        std::uint64_t bytes = 0;
+        EXPECT_EQ(burin_bytes(&config, &bytes), BURIN_OK)
+            << "a limit that is stated must be allowed: " << burin_last_error(kNull);
+    }
+}
+
+TEST(Misuse, Creation) {
+    const burin_config config = test_config();
+    std::uint64_t bytes = 0;
+    ASSERT_EQ(burin_bytes(&config, &bytes), BURIN_OK);
+    Memory memory = aligned_memory(bytes + 64);
+    auto* raw = static_cast<char*>(memory.get());
+    burin_map map{0, 0};
+    EXPECT_EQ(burin_bytes(nullptr, &bytes), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_bytes(&config, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_create(nullptr, raw, bytes, &map), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_create(&config, nullptr, bytes, &map), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_create(&config, raw, bytes, nullptr), BURIN_INVALID_ARGUMENT);
+    for (const int off : {1, 8, 32})
+        EXPECT_EQ(burin_create(&config, raw + off, bytes, &map), BURIN_INVALID_ARGUMENT);
+    expect_text(kNull, "aligned to 64");
+    EXPECT_EQ(burin_create(&config, raw, bytes - 1, &map), BURIN_INSUFFICIENT_MEMORY);
+    expect_text(kNull, std::to_string(bytes));
+    EXPECT_EQ(burin_create(&config, raw, 0, &map), BURIN_INSUFFICIENT_MEMORY);
+    EXPECT_EQ(map.index, 0u);
+    EXPECT_EQ(burin_create(&config, raw, bytes, &map), BURIN_OK);
+    EXPECT_EQ(burin_destroy(&map), BURIN_OK);
+}
+
+TEST(Misuse, AtMostSixtyFourMapsAndHandlesGoStale) {
+    burin_config config = test_config();
+    config.budget_bytes = 2u << 20;
+    std::vector<std::unique_ptr<ApiMap>> maps;
+    for (int i = 0; i < 64; ++i) maps.push_back(std::make_unique<ApiMap>(config));
+    std::uint64_t bytes = 0;
+    ASSERT_EQ(burin_bytes(&config, &bytes), BURIN_OK);
+    const Memory memory = aligned_memory(bytes);
+    burin_map one_more{0, 0};
+    EXPECT_EQ(burin_create(&config, memory.get(), bytes, &one_more), BURIN_STATE);
+    expect_text(kNull, "64 maps");
+    EXPECT_EQ(one_more.index, 0u);
+    burin_map stale = maps[17]->map;
+    maps[17].reset();
+    EXPECT_EQ(burin_create(&config, memory.get(), bytes, &one_more), BURIN_OK)
+        << "the place of a destroyed map is free";
+    std::uint64_t hash = 0;
+    EXPECT_EQ(burin_hash(stale, &hash), BURIN_STATE) << "also when its place is taken again";
+    EXPECT_EQ(burin_destroy(&stale), BURIN_STATE);
+    EXPECT_EQ(burin_hash(one_more, &hash), BURIN_OK);
+    EXPECT_EQ(burin_destroy(&one_more), BURIN_OK);
+}
+
+// ------------------------------------------------------------------------------------------------- calls on
+// one map
+
+class OneMap : public testing::Test {
+  protected:
+    OneMap()
+        : map_(test_config()),
+          depth_(ball_and_wall().depth(camera_, arc_pose(0, 3))),
+          colour_(160, 120, 3, 90) {
+        good_ = c_frame(frame_of(depth_, camera_, arc_pose(0, 3)));
+        good_.rgb = colour_.pixels.data();
+        good_.rgb_stride_bytes = 480;
+        good_.colour_camera = c_camera(camera_);
+        EXPECT_EQ(burin_integrate(map_.map, &good_, nullptr), BURIN_OK) << burin_last_error(map_.map);
+        hash_ = map_.hash();
+        frames_ = map_.stats().frames;
+    }
+    ~OneMap() override {
+        EXPECT_EQ(map_.hash(), hash_) << "a call that failed changed the map";
+        EXPECT_EQ(map_.stats().frames, frames_);
+    }
+
+    const Camera camera_ = test_camera();
+    const ApiMap map_;
+    Image<float> depth_;
+    Image<std::uint8_t> colour_;
+    burin_frame good_;
+    std::uint64_t hash_ = 0, frames_ = 0;
+};
+
+TEST_F(OneMap, BadFrames) {
+    const double nan = std::nan(""), inf = INFINITY;
+    struct BadFrame {
+        const char* part;  // of the text
+        std::function<void(burin_frame&)> spoil;
+    };
+    const BadFrame cases[] = {
+        {"size", [](burin_frame& f) { f.struct_size = 0; }},
+        {"size", [](burin_frame& f) { f.struct_size += 8; }},
+        {"depth is null", [](burin_frame& f) { f.depth = nullptr; }},
+        {"depth_type", [](burin_frame& f) { f.depth_type = 2; }},
+        {"depth_unit_m", [](burin_frame& f) { f.depth_unit_m = 0; }},
+        {"depth_unit_m", [](burin_frame& f) { f.depth_unit_m = -0.001; }},
+        {"depth_unit_m", [=](burin_frame& f) { f.depth_unit_m = nan; }},
+        {"depth_stride_bytes", [](burin_frame& f) { f.depth_stride_bytes = 160 * 4 - 4; }},
+        {"depth_stride_bytes", [](burin_frame& f) { f.depth_stride_bytes = 160 * 4 + 2; }},
+        {"depth_stride_bytes", [](burin_frame& f) { f.depth_stride_bytes = 0; }},
+        {"depth_stride_bytes", [](burin_frame& f) { f.depth_stride_bytes = ~std::uint64_t{0} - 639; }},
+        {"aligned", [](burin_frame& f) { f.depth = static_cast<const char*>(f.depth) + 1; }},
+        {"depth camera", [](burin_frame& f) { f.depth_camera.width = 0; }},
+        {"depth camera", [](burin_frame& f) { f.depth_camera.height = 0xffffffffu; }},
+        {"at most 160x120",
+         [](burin_frame& f) {
+             f.depth_camera.width = 161;
+             f.depth_stride_bytes = 161 * 4;
+         }},
+        {"depth camera", [=](burin_frame& f) { f.depth_camera.fx = nan; }},
+        {"depth camera", [](burin_frame& f) { f.depth_camera.fx = -100; }},
+        {"depth camera", [](burin_frame& f) { f.depth_camera.fy = 1e9; }},
+        {"depth camera", [](burin_frame& f) { f.depth_camera.cx = 1e6; }},
+        {"depth camera", [=](burin_frame& f) { f.depth_camera.cy = inf; }},
+        {"depth camera", [=](burin_frame& f) { f.depth_camera.k3 = nan; }},
+        {"depth camera", [](burin_frame& f) { f.depth_camera.p1 = 1e5; }},
+        {"T_world_camera", [=](burin_frame& f) { f.T_world_camera.tx = nan; }},
+        {"T_world_camera", [=](burin_frame& f) { f.T_world_camera.tz = inf; }},
+        {"T_world_camera", [](burin_frame& f) { f.T_world_camera.ty = 1e7; }},
+        {"T_world_camera",
+         [](burin_frame& f) {
+             f.T_world_camera.qw = 0, f.T_world_camera.qx = 0, f.T_world_camera.qy = 0,
+             f.T_world_camera.qz = 0;
+         }},
+        {"T_world_camera",
+         [](burin_frame& f) {
+             f.T_world_camera.qw *= 2;
+             f.T_world_camera.qx = 1;
+         }},
+        {"T_world_camera", [=](burin_frame& f) { f.T_world_camera.qz = nan; }},
+        {"rgb_stride_bytes", [](burin_frame& f) { f.rgb_stride_bytes = 479; }},
+        {"rgb_stride_bytes",
+         [](burin_frame& f) { f.rgb_stride_bytes = 1u << 31; }},  // 32-bit offsets in kernels
+        {"colour camera", [](burin_frame& f) { f.colour_camera.width = 0; }},
+        {"colour camera", [](burin_frame& f) { f.colour_camera.fx = 0; }},
+        {"T_colour_depth", [=](burin_frame& f) { f.T_colour_depth.tx = nan; }},
+        {"T_colour_depth", [](burin_frame& f) { f.T_colour_depth.qw = 3; }},
+    };
+    for (const BadFrame& bad : cases) {
+        burin_frame frame = good_;
+        bad.spoil(frame);
+        burin_frame_result result{};
+        result.chunks_new = 123;
+        EXPECT_EQ(burin_integrate(map_.map, &frame, &result), BURIN_INVALID_ARGUMENT) << bad.part;
+        expect_text(map_.map, bad.part);
+        EXPECT_EQ(result.chunks_new, 123u);
+    }
+    EXPECT_EQ(burin_integrate(map_.map, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
+}
+
+TEST_F(OneMap, AbsurdButAllowedCamerasEnd) {
+    // The widest and the longest lenses that pass the check, principal points outside: slow is no crash, but
+    // must end.
+    burin_config config = test_config();
+    const ApiMap other(config);
+    for (const double f : {0.051, 99.0})
+        for (const double c : {-0.99, 0.5, 1.99}) {
+            burin_frame frame = good_;
+            frame.depth_camera.fx = f * 160, frame.depth_camera.fy = f * 120;
+            frame.depth_camera.cx = c * 160, frame.depth_camera.cy = c * 120;
+            EXPECT_EQ(burin_integrate(other.map, &frame, nullptr), BURIN_OK) << burin_last_error(other.map);
+        }
+    burin_frame frame = good_;
+    frame.depth_camera.k1 = 300, frame.depth_camera.k2 = -600;
+    EXPECT_EQ(burin_integrate(other.map, &frame, nullptr), BURIN_OK);
+    frame = good_;
+    frame.T_colour_depth.tx = 1e300;
+    EXPECT_EQ(burin_integrate(other.map, &frame, nullptr), BURIN_OK) << "colour that falls nowhere";
+}
+
+TEST_F(OneMap, NullArguments) {
+    const burin_map m = map_.map;
+    std::uint64_t n = 0;
+    const burin_camera camera = c_camera(camera_);
+    const burin_pose pose = c_pose({});
+    float distance = 0;
+    EXPECT_EQ(burin_stats(m, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_hash(m, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_mesh_size(m, nullptr, nullptr, &n), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_mesh_size(m, nullptr, &n, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_mesh(m, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_dirty_chunks(m, nullptr, 4, &n), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_dirty_chunks(m, nullptr, 0, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_chunk_mesh(m, {0, 0, 0}, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_raycast(m, nullptr, &pose, nullptr, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_raycast(m, &camera, nullptr, nullptr, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_sample(m, nullptr, 1, &distance, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_sample(m, &pose.tx, 1, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_sample(m, nullptr, 0, nullptr, nullptr), BURIN_OK);
+    EXPECT_EQ(burin_save(m, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_load(m, nullptr), BURIN_INVALID_ARGUMENT);
+    burin_file_info info;
+    EXPECT_EQ(burin_file_probe(nullptr, &info), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_file_probe("x", nullptr), BURIN_INVALID_ARGUMENT);
+    burin_mesh_buffers mesh{};
+    mesh.vertex_count = 3, mesh.triangle_count = 1;
+    std::uint32_t scratch[6];
+    EXPECT_EQ(burin_mesh_remove_small(nullptr, 1, scratch), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_mesh_remove_small(&mesh, 1, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_mesh_remove_small(&mesh, 1, scratch), BURIN_INVALID_ARGUMENT) << "triangles are null";
+    std::uint32_t triangle[3] = {0, 1, 3};
+    mesh.triangles = triangle;
+    EXPECT_EQ(burin_mesh_remove_small(&mesh, 1, scratch), BURIN_INVALID_ARGUMENT)
+        << "an index that is no vertex";
+}
+
+TEST_F(OneMap, MeshOptionsAndBuffers) {
+    std::uint64_t vertices = 0, triangles = 0;
+    for (const auto& spoil : {+[](burin_mesh_options& o) { o.struct_size = 4; },
+                              +[](burin_mesh_options& o) { o.min_weight = NAN; },
+                              +[](burin_mesh_options& o) { o.min_weight = -1; },
+                              +[](burin_mesh_options& o) { o.max_jump_voxels = 1; },
+                              +[](burin_mesh_options& o) { o.max_jump_voxels = NAN; }}) {
+        burin_mesh_options options = burin_mesh_options_default();
+        spoil(options);
+        EXPECT_EQ(burin_mesh_size(map_.map, &options, &vertices, &triangles), BURIN_INVALID_ARGUMENT);
+        expect_text(map_.map, "mesh options");
+    }
+    ASSERT_EQ(burin_mesh_size(map_.map, nullptr, &vertices, &triangles), BURIN_OK);
+    std::vector<float> positions(3 * vertices);
+    std::vector<std::uint32_t> corners(3 * triangles);
+    for (const int few : {0, 1, 2}) {
+        burin_mesh_buffers mesh{vertices - (few == 0),
+                                triangles - (few == 1),
+                                positions.data(),
+                                nullptr,
+                                nullptr,
+                                corners.data(),
+                                0,
+                                0};
+        std::fill(corners.begin(), corners.end(), 77u);
+        EXPECT_EQ(burin_mesh(map_.map, nullptr, &mesh), few == 2 ? BURIN_OK : BURIN_INSUFFICIENT_MEMORY);
+        EXPECT_EQ(mesh.vertex_count, vertices);
+        EXPECT_EQ(mesh.triangle_count, triangles);
+        EXPECT_EQ(corners[0] == 77u && corners[1] == 77u, few != 2) << "written to although too small";
+    }
+    burin_mesh_buffers none{};
+    EXPECT_EQ(burin_mesh(map_.map, nullptr, &none), BURIN_INSUFFICIENT_MEMORY);
+    EXPECT_EQ(none.vertex_count, vertices);
+    none.vertex_capacity = 1;
+    EXPECT_EQ(burin_mesh(map_.map, nullptr, &none), BURIN_INVALID_ARGUMENT) << "a capacity without a buffer";
+
+    burin_mesh_buffers small{1943, 2560, positions.data(), nullptr, nullptr, corners.data(), 0, 0};
+    EXPECT_EQ(burin_chunk_mesh(map_.map, {0, 0, 0}, nullptr, &small), BURIN_INSUFFICIENT_MEMORY);
+    EXPECT_EQ(small.vertex_count, 1944u);
+    EXPECT_EQ(small.triangle_count, 2560u);
+    EXPECT_EQ(burin_chunk_mesh(map_.map, {1 << 20, 0, 0}, nullptr, &small), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_chunk_mesh(map_.map, {0, std::numeric_limits<std::int32_t>::min(), 0}, nullptr, &small),
+              BURIN_INVALID_ARGUMENT);
+}
+
+TEST_F(OneMap, Raycasts) {
+    burin_camera camera = c_camera(camera_);
+    burin_pose pose = c_pose({});
+    std::vector<float> depth(160 * 120, 7.0f);
+    camera.k1 = 0.1;
+    EXPECT_EQ(burin_raycast(map_.map, &camera, &pose, depth.data(), nullptr, nullptr), BURIN_UNSUPPORTED);
+    camera.k1 = 0;
+    camera.width = 0;
+    EXPECT_EQ(burin_raycast(map_.map, &camera, &pose, depth.data(), nullptr, nullptr),
+              BURIN_INVALID_ARGUMENT);
+    camera = c_camera(camera_);
+    for (double* value : {&pose.tx, &pose.ty, &pose.tz, &pose.qx, &pose.qw}) {
+        const double kept = *value;
+        *value = std::nan("");
+        EXPECT_EQ(burin_raycast(map_.map, &camera, &pose, depth.data(), nullptr, nullptr),
+                  BURIN_INVALID_ARGUMENT);
+        *value = kept;
+    }
+    for (const float d : depth) ASSERT_EQ(d, 7.0f);
+}
+
+TEST_F(OneMap, NullMap) {
+    std::uint64_t n = 0;
+    burin_statistics stats;
+    burin_mesh_buffers mesh{};
+    for (const burin_map m : {kNull, burin_map{65, 1}, burin_map{1, 0xffffffffu}, burin_map{0xffffffffu, 0},
+                              burin_map{map_.map.index, map_.map.generation + 2}}) {
+        EXPECT_EQ(burin_hash(m, &n), BURIN_STATE);
+        EXPECT_EQ(burin_stats(m, &stats), BURIN_STATE);
+        EXPECT_EQ(burin_integrate(m, &good_, nullptr), BURIN_STATE);
+        EXPECT_EQ(burin_reset(m), BURIN_STATE);
+        EXPECT_EQ(burin_mesh(m, nullptr, &mesh), BURIN_STATE);
+        EXPECT_EQ(burin_save(m, "x"), BURIN_STATE);
+        expect_text(kNull, "map");
+    }
+    burin_map null = kNull;
+    EXPECT_EQ(burin_destroy(&null), BURIN_OK);
+    EXPECT_EQ(burin_destroy(nullptr), BURIN_OK);
+}
+
+TEST_F(OneMap, ASecondThreadIsTurnedAway) {
+    // One thread casts rays without pause; whatever another asks meanwhile either waits its turn or is
+    // refused, and nothing else.
+    std::atomic<bool> stop{false};
+    std::atomic<int> done{0};
+    std::thread busy([&] {
+        std::vector<float> depth(160 * 120);
+        const burin_camera camera = c_camera(camera_);
+        const burin_pose pose = c_pose(arc_pose(0, 3));
+        while (!stop)
+            done += burin_raycast(map_.map, &camera, &pose, depth.data(), nullptr, nullptr) == BURIN_OK;
+    });
+    int refused = 0;
+    for (int i = 0; i < 200000 && (refused < 20 || done < 20); ++i) {
+        std::uint64_t hash = 0;
+        const burin_status status = burin_hash(map_.map, &hash);
+        ASSERT_TRUE(status == BURIN_OK || status == BURIN_STATE) << status;
+        if (status == BURIN_OK) {
+            ASSERT_EQ(hash, hash_);
+        } else {
+            ++refused;
+            expect_text(kNull, "another thread");
+        }
+        std::this_thread::yield();
+    }
+    stop = true;
+    busy.join();
+    EXPECT_GT(refused, 0);
+    EXPECT_GT(done.load(), 0);
+}
+
+}  // namespace
+}  // namespace burin
