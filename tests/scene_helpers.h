@@ -132,6 +132,20 @@ inline FrameView frame_of(const Image<std::uint16_t>& depth, double unit_m, cons
     return f;
 }
 
+inline FrameView view_of(const Frame& f) {
+    FrameView v;
+    v.t_ns = f.t_ns;
+    v.depth_u16 = f.depth_u16.view();
+    v.depth_f32 = f.depth_f32.view();
+    v.depth_unit_m = f.depth_unit_m;
+    v.depth_camera = f.depth_camera;
+    v.colour = f.colour.view();
+    v.colour_camera = f.colour_camera;
+    v.T_colour_depth = f.T_colour_depth;
+    v.T_world_camera = f.T_world_camera;
+    return v;
+}
+
 struct FreeDeleter {
     void operator()(void* p) const { std::free(p); }
 };

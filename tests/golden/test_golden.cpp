@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+// The same bytes everywhere (design, promise 3): maps and meshes of fixed input have the hashes in
+// hashes.json, for any number of threads, any kernels and any machine. After a change that is meant to alter
+// them, write them anew with
+//     BURIN_GOLDEN_WRITE=1 ctest --test-dir build/release -L golden
+// and look at the difference; say in the commit why it changed.
+#include <gtest/gtest.h>
+
+#include <cinttypes>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/hash.h"
+#include "data_dir.h"
+#include "datasets/open.h"
+#include "datasets/synthetic/synth.h"
+#include "scene_helpers.h"
+#include "simd/targets.h"
+
+namespace burin {
+namespace {
+
+const std::string kFile = std::string(BURIN_SOURCE_DIR) + "/tests/golden/hashes.json";
+
+std::string hex(std::uint64_t value) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016" PRIx64, value);
+    return text;
+}
+
+nlohmann::json stored() {
+    std::ifstream file(kFile);
+    return file ? nlohmann::json::parse(file, nullptr, false) : nlohmann::json::object();
+}
+
+// Compares, or stores when told to.
+void check(const std::string& name, const std::string& value) {
+    nlohmann::json all = stored();
+    ASSERT_TRUE(all.is_object()) << kFile << " is no JSON object";
+    if (std::getenv("BURIN_GOLDEN_WRITE")) {
+        all[name] = value;
+        std::ofstream(kFile) << all.dump(2) << '\n';
+        return;
+    }
+    ASSERT_TRUE(all.contains(name)) << kFile << " has no '" << name << "'; see the head of this file";
+    EXPECT_EQ(all[name].get<std::string>(), value) << name;
+}
+
+std::uint64_t mesh_hash(const TriangleMesh& m) {
+    std::uint64_t h = hash_bytes(m.positions.data(), m.positions.size() * sizeof m.positions[0]);
+    h = hash_bytes(m.normals.data(), m.normals.size() * sizeof m.normals[0], h);
+    h = hash_bytes(m.colours.data(), m.colours.size() * sizeof m.colours[0], h);
+    return hash_bytes(m.triangles.data(), m.triangles.size() * sizeof m.triangles[0], h);
+}
+
+// Fuses all frames with each kind of kernel and several numbers of threads; every run must be as stored.
+void check_sequence(const std::string& name, const std::vector<Frame>& frames, burin_config config) {
+    config.max_width = static_cast<std::uint32_t>(frames.front().depth_camera.width);
+    config.max_height = static_cast<std::uint32_t>(frames.front().depth_camera.height);
+    struct Run {
+        std::string target;
+        std::uint32_t threads;
+    };
+    std::vector<Run> runs = {{simd::target_names().front(), 1}, {simd::target_names().front(), 2}};
+    for (const std::string& target : simd::target_names()) runs.push_back({target, 2});
+    std::string map, mesh;
+    for (const Run& run : runs) {
+        ASSERT_TRUE(simd::select_target(run.target));
+        config.threads = run.threads;
+        TestSession session(config);
+        std::uint32_t dropped = 0;
+        for (const Frame& frame : frames) dropped += session.integrate(view_of(frame)).chunks.dropped;
+        EXPECT_EQ(dropped, 0u) << "the budget of this test is too small";
+        const std::string got_map = hex(session.session.hash()), got_mesh = hex(mesh_hash(session.mesh({})));
+        if (map.empty()) {
+            map = got_map;
+            mesh = got_mesh;
+        }
+        EXPECT_EQ(got_map, map) << name << " on " << run.target << " with " << run.threads << " threads";
+        EXPECT_EQ(got_mesh, mesh) << name << " on " << run.target << " with " << run.threads << " threads";
+    }
+    ASSERT_TRUE(simd::select_target(""));
+    check(name + ", map", map);
+    check(name + ", mesh", mesh);
+}
+
+#ifndef BURIN_GOLDEN_RECORDED
+
+std::vector<Frame> rendered(const std::string& scene, int count) {
+    SynthOptions options;
+    options.scene = scene;
+    options.frames = count;
+    options.width = 320;
+    options.height = 240;
+    const auto dataset = SyntheticDataset::create(options);
+    EXPECT_TRUE(dataset.ok()) << dataset.status().text();
+    std::vector<Frame> frames(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i)
+        EXPECT_TRUE((*dataset)->load(i, &frames[static_cast<std::size_t>(i)]).ok());
+    return frames;
+}
+
+// The input itself: when this differs, the rendering is to blame and not the fusion.
+std::string input_hash(const std::vector<Frame>& frames) {
+    std::uint64_t h = 0;
+    for (const Frame& f : frames) {
+        h = hash_bytes(f.depth_f32.pixels.data(), 4 * f.depth_f32.pixels.size(), h);
+        h = hash_bytes(f.depth_u16.pixels.data(), 2 * f.depth_u16.pixels.size(), h);
+        h = hash_bytes(f.colour.pixels.data(), f.colour.pixels.size(), h);
+        h = hash_bytes(&f.T_world_camera, sizeof f.T_world_camera, h);
+    }
+    return hex(h);
+}
+
+burin_config config_of(float voxel_m) {
+    burin_config c = burin_config_default();
+    c.voxel_m = voxel_m;
+    c.budget_bytes = 128u << 20;
+    return c;
+}
+
+TEST(Golden, Room) {
+    const std::vector<Frame> frames = rendered("room", 8);
+    check("room 320x240 8 frames, input", input_hash(frames));
+    check_sequence("room 320x240 8 frames 15 mm", frames, config_of(0.015f));
+}
+
+TEST(Golden, RoomWithEveryOption) {
+    burin_config config = config_of(0.015f);
+    config.truncation = BURIN_TRUNCATION_QUADRATIC;
+    config.weight = BURIN_WEIGHT_INVERSE_Z2;
+    config.drop = BURIN_DROP_EXPONENTIAL;
+    config.angle_weight = config.bilateral = config.edge_removal = 1;
+    config.max_weight = 3;
+    check_sequence("room 320x240 8 frames 15 mm, every option", rendered("room", 8), config);
+}
+
+TEST(Golden, Desk) {
+    const std::vector<Frame> frames = rendered("desk", 8);
+    check("desk 320x240 8 frames, input", input_hash(frames));
+    check_sequence("desk 320x240 8 frames 10 mm", frames, config_of(0.01f));
+}
+
+TEST(Golden, ArithmeticOnly) {
+    // No rendering: integers, so that a failure here is the runtime's alone.
+    Rng rng(90);
+    std::vector<Frame> frames(4);
+    for (Frame& f : frames) {
+        f.depth_u16 = Image<std::uint16_t>(200, 150);
+        for (int y = 0; y < 150; ++y)
+            for (int x = 0; x < 200; ++x)
+                f.depth_u16.view().at(x, y) = static_cast<std::uint16_t>(
+                    1200 + 3 * x + 2 * y + ((x / 40 + y / 30) % 2) * 400 + rng.below(30));
+        f.colour = Image<std::uint8_t>(100, 80, 3);
+        for (std::uint8_t& c : f.colour.pixels) c = static_cast<std::uint8_t>(rng.below(256));
+        f.depth_camera = {200, 150, 170, 168, 99, 74};
+        f.colour_camera = {100, 80, 90, 91, 50, 40, 0.1, -0.05, 0.001, 0.002, 0.01};
+        f.T_colour_depth.t = {0.05, 0, 0.01};
+        const double step = static_cast<double>(&f - frames.data());
+        f.T_world_camera = {{{0.8, 0, 0.6, 0, 1, 0, -0.6, 0, 0.8}},
+                            {0.05 * step, -0.025 * step, 0.0125 * step}};
+    }
+    check_sequence("200x150 4 frames of integers 20 mm", frames, config_of(0.02f));
+}
+
+#else
+
+TEST(Golden, IclOffice) {
+    BURIN_NEED_DATA(icl_office_kt3_noisy);
+    const auto dataset = open_dataset(icl_office_kt3_noisy_path, "");
+    ASSERT_TRUE(dataset.ok()) << dataset.status().text();
+    std::vector<Frame> frames(30);
+    for (int i = 0; i < 30; ++i) {
+        const Status status = (*dataset)->load(i, &frames[static_cast<std::size_t>(i)]);
+        ASSERT_TRUE(status.ok()) << status.text();
+        ASSERT_TRUE(frames[static_cast<std::size_t>(i)].has_pose);
+    }
+    burin_config config = burin_config_default();
+    config.voxel_m = 0.01f;
+    check_sequence("icl_office_kt3_noisy 30 frames 10 mm", frames, config);
+}
+
+#endif
+
+}  // namespace
+}  // namespace burin
