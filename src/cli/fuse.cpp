@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // burin fuse: recorded depth with poses in, mesh, map and report out.
 #include <cstdio>
+#include <sstream>
 
 #include "cli/common.h"
 #include "datasets/open.h"
@@ -159,6 +160,13 @@ nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t)
             {"version", burin_version()}};
 }
 
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+}
+
 int run(FuseOptions& o) {
     if (const Status status = o.map.finish(); !status.ok()) return complain_input(status);
     int begin = 0, end = 1000000000;
@@ -183,15 +191,17 @@ int run(FuseOptions& o) {
         if (const Status status = status_of(burin_load(map.get(), o.resume.c_str()), map.get()); !status.ok())
             return complain_input(status);
     if (const Status status = prepare_folder(o.output); !status.ok()) return complain_output(status);
-    if (!o.quiet && !(*dataset)->notes().empty())
-        std::fprintf(stderr, "burin: %s\n", (*dataset)->notes().c_str());
 
     Totals totals;
     if (const Status status = fuse_frames(o, **dataset, begin, end, map.get(), &totals); !status.ok())
         return complain_input(status);
+    const std::vector<std::string> notes = lines_of((*dataset)->notes());
     if (totals.fused == 0)
         return complain(kBadInput, o.dataset + ": none of the " + std::to_string(totals.without_pose) +
-                                       " frames has a pose");
+                                       " frames has a pose" +
+                                       (notes.empty() ? "" : " (" + notes.back() + ")"));
+    if (!o.quiet)
+        for (const std::string& note : notes) std::fprintf(stderr, "burin: %s\n", note.c_str());
     if (totals.dropped > 0)
         std::fprintf(stderr,
                      "burin: the map is full: %llu chunks dropped in %d of %d frames; raise --budget (now "

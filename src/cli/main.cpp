@@ -7,7 +7,7 @@ int main(int argc, char** argv) {
     using namespace burin::cli;
     CLI::App app("Burin: depth frames in, a 3D model out, inside a byte budget", "burin");
     app.set_version_flag("--version", burin_version());
-    app.require_subcommand(1);
+    app.require_subcommand(0, 1);  // none is complained of below: here it would hide a misspelt one
     int exit = kDone;
     add_fuse(app, &exit);
     add_synth(app, &exit);
@@ -28,5 +28,8 @@ int main(int argc, char** argv) {
     } catch (const std::exception& error) {
         return complain(kFailed, error.what());
     }
+    if (app.get_subcommands().empty())
+        return complain(kBadInput,
+                        "no command, expected fuse, synth, mesh, render, eval or config (see burin --help)");
     return exit;
 }
