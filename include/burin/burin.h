@@ -88,7 +88,8 @@ typedef struct burin_config {
     float min_depth_m;        /* nearer readings are ignored, >= 0.01. Default 0.2 */
     float max_depth_m;        /* farther readings are ignored, <= 50. Default 4 */
     uint32_t weight;          /* a burin_weight. Default constant */
-    uint32_t drop;            /* a burin_drop. Default linear */
+    uint32_t drop;            /* a burin_drop. Default none: with a sensor noise near the
+                                 truncation the others pull the surface to the camera */
     uint32_t angle_weight;    /* 1: times the cosine between viewing ray and surface normal. Default 0 */
     float max_weight;         /* the running average forgets beyond this many observations, 1 .. 1000. Default 255 */
     uint32_t carve;           /* 1: chunks seen through are pulled to free space (Chisel). Default 1 */

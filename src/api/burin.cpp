@@ -57,7 +57,7 @@ burin_config burin_config_default(void) {
     c.min_depth_m = 0.2f;
     c.max_depth_m = 4;
     c.weight = BURIN_WEIGHT_CONSTANT;
-    c.drop = BURIN_DROP_LINEAR;
+    c.drop = BURIN_DROP_NONE;
     c.angle_weight = 0;
     c.max_weight = 255;
     c.carve = 1;
