@@ -214,7 +214,7 @@ typedef struct burin_mesh_options {
     uint32_t struct_size;       /* sizeof(burin_mesh_options) */
     float min_weight;           /* voxels with less are unknown. Default 0.5: one reading, not far behind */
     float max_jump_voxels;      /* an edge of a cell whose two distances differ by more is no surface (the back of a
-                                   silhouette), >= 1.8. Default 6: surface seen at up to 80 degrees stays */
+                                   silhouette), >= 1.8. Default 7: surface seen at up to 81 degrees stays */
 } burin_mesh_options;
 
 BURIN_API burin_mesh_options burin_mesh_options_default(void);

@@ -12,7 +12,7 @@ namespace burin {
 
 struct MeshOptions {
     float min_weight = 0.5f;       // observations; voxels with less are unknown
-    float max_jump_voxels = 6.0f;  // larger differences along an edge are no surface
+    float max_jump_voxels = 7.0f;  // larger differences along an edge are no surface
 };
 
 class ChunkBlock {
