@@ -32,6 +32,15 @@ TEST(Depth, SixteenBitKeepsTheSensorsUnit) {
     EXPECT_FLOAT_EQ(image.farthest_m, 4.0f);
 }
 
+TEST(Depth, TheLargestSixteenBitValueIsNoDepth) {
+    Image<std::uint16_t> raw(3, 1);
+    raw.pixels = {65533, 65534, 65535};  // 3.3 m at this unit, within the range
+    TestDepth depth(small_options());
+    const DepthImage& image = depth.prepare(frame_of(raw, 5e-5, test_camera(3, 1), {}));
+    EXPECT_EQ(image.at(1, 0), 65534);
+    EXPECT_EQ(image.at(2, 0), 0);
+}
+
 TEST(Depth, FloatsLoseLessThanAnEighthOfAMillimetre) {
     Image<float> raw(9, 1);
     raw.pixels = {0, -1, NAN, kInf, -kInf, 0.1999f, 0.2f, 4.0f, 4.0001f};

@@ -52,6 +52,35 @@ TEST(Bilateral, NeitherInventsNorDropsDepth) {
         for (int x = 0; x < 97; ++x) ASSERT_EQ(image.at(x, y) != 0, raw.view().at(x, y) != 0);
 }
 
+TEST(Bilateral, AgreesWithThePlainFormula) {
+    // Up to the borders, with holes; exp(-t) as (1 - t / 8)^8, see filters.cpp.
+    Rng rng(7);
+    Image<float> raw(41, 33);
+    for (float& d : raw.pixels) d = rng.below(6) ? static_cast<float>(1.5 + 0.01 * rng.normal()) : 0.0f;
+    TestDepth plain(options(false, false)), filtered(options(true, false));
+    const DepthImage& in = plain.prepare(frame_of(raw, test_camera(41, 33), {}));
+    filtered.prepare(frame_of(raw, test_camera(41, 33), {}));
+    for (int y = 0; y < 33; ++y)
+        for (int x = 0; x < 41; ++x) {
+            if (in.at(x, y) == 0) continue;
+            const double sigma =
+                3 * static_cast<double>(axial_noise_m(static_cast<float>(plain.metres(x, y))));
+            double sum = 0, total = 0;
+            for (int v = std::max(0, y - 2); v <= std::min(32, y + 2); ++v)
+                for (int u = std::max(0, x - 2); u <= std::min(40, x + 2); ++u) {
+                    if (in.at(u, v) == 0) continue;
+                    const double d = plain.metres(u, v) - plain.metres(x, y),
+                                 r2 = (u - x) * (u - x) + (v - y) * (v - y);
+                    const double w = std::pow(std::max(0.0, 1 - d * d / (2 * sigma * sigma) / 8), 8) *
+                                     std::exp(-r2 / (2 * 1.5 * 1.5));
+                    sum += w * d;
+                    total += w;
+                }
+            ASSERT_NEAR(filtered.metres(x, y), plain.metres(x, y) + sum / total, 4.0 / 65534)
+                << x << ' ' << y;
+        }
+}
+
 TEST(Bilateral, LeavesAPlaneAlone) {
     const AnalyticScene plane{{{normalised(Vec3d{0.5, 0, -1}), -1.0}}, {}};
     const Image<float> raw = plane.depth(test_camera(), {});

@@ -2,6 +2,7 @@
 // What integration does to a map as a whole: carving, a full pool, threads, colour from another camera.
 #include <gtest/gtest.h>
 
+#include "core/hash.h"
 #include "map/sample.h"
 #include "scene_helpers.h"
 
@@ -59,6 +60,68 @@ TEST(Carving, DoesNotTouchWhatIsHiddenOrUnseen) {
     EXPECT_EQ(session.integrate(frame_of(nothing, kCamera, T)).valid_pixels, 0u);
     EXPECT_EQ(session.session.hash(), hash);
 }
+
+class CarvingRays : public testing::TestWithParam<double> {};
+
+TEST_P(CarvingRays, ReachEveryChunkTheyPass) {
+    // A full frame, then frames of a single pixel that sees far. A chunk must change when a voxel of it,
+    // known and not yet free, has this pixel as its nearest and lies in front by the truncation; and it is
+    // its turn (one of four).
+    const double voxel = GetParam();
+    burin_config config = test_config(static_cast<float>(voxel));
+    config.budget_bytes = 64u << 20;
+    TestSession session(config);
+    const Se3 T = arc_pose(2, 7), T_camera_world = T.inverse();
+    const Image<float> full = ball_and_wall().depth(kCamera, T);
+    session.integrate(frame_of(full, kCamera, T));
+    Rng rng(12);
+    std::vector<std::uint64_t> before(session.volume().live());
+    int changed = 0;
+    for (std::uint64_t frame = 2; frame < 200; ++frame) {
+        const int x = rng.below(160), y = rng.below(120);
+        Image<float> depth(160, 120);
+        depth.view().at(x, y) = 3.9f;
+        std::vector<int> expected(session.volume().live(), 0);  // 1: must change, -1: rounding decides
+        for (std::uint32_t slot = 0; slot < session.volume().live(); ++slot) {
+            before[slot] = session.volume().chunk_hash(slot);
+            const Vec3i c = unpack_key(session.volume().key(slot));
+            const ChunkGeometry& g = session.volume().geometry(slot);
+            if ((mix64(session.volume().key(slot)) + frame) % 4 != 0) continue;
+            for (int i = 0; i < kChunkVoxels; ++i) {
+                const Vec3d p = T_camera_world * Vec3d{(8 * c.x + (i & 7) + 0.5) * voxel,
+                                                       (8 * c.y + (i >> 3 & 7) + 0.5) * voxel,
+                                                       (8 * c.z + (i >> 6) + 0.5) * voxel};
+                if (p.z < 2e-3 || g.weight[i] == 0 || g.sdf[i] == 32767) continue;
+                const Pixel at = project(kCamera, p);
+                const double off = std::max(std::fabs(at.u - x), std::fabs(at.v - y)),
+                             room = 3.9 - p.z - 4 * voxel;
+                if (off < 0.498 && room > 1e-4)
+                    expected[slot] = 1;
+                else if (off < 0.502 && room > -1e-4 && expected[slot] == 0)
+                    expected[slot] = -1;
+            }
+        }
+        // Only what is there: a new chunk at 3.9 m is not looked at.
+        const std::uint32_t live = session.volume().live();
+        session.integrate(frame_of(depth, kCamera, T));
+        for (std::uint32_t slot = 0; slot < live; ++slot) {
+            const bool different = session.volume().chunk_hash(slot) != before[slot];
+            changed += different;
+            // At the far end the reading itself is fused.
+            const double z =
+                (T_camera_world * Vec3d{(unpack_key(session.volume().key(slot)).x + 0.5) * 8 * voxel,
+                                        (unpack_key(session.volume().key(slot)).y + 0.5) * 8 * voxel,
+                                        (unpack_key(session.volume().key(slot)).z + 0.5) * 8 * voxel})
+                    .z;
+            if (expected[slot] < 0 || z > 3.9 - 14 * voxel) continue;
+            ASSERT_EQ(different, expected[slot] == 1) << "frame " << frame << ", pixel " << x << ' ' << y;
+        }
+        before.resize(session.volume().live());
+    }
+    EXPECT_GT(changed, 60);
+}
+
+INSTANTIATE_TEST_SUITE_P(Voxels, CarvingRays, testing::Values(0.04, 0.015));
 
 TEST(FullPool, FinishesTheFrameAndKeepsWhatItHas) {
     const AnalyticScene scene = ball_and_wall();
