@@ -14,8 +14,8 @@ inline std::string data_dir() {
 }
 
 // Skips the calling test, loudly, when the sequence is not there.
-#define BURIN_NEED_DATA(name)                                                                               \
-    const std::string name##_path = data_dir() + "/" #name;                                                 \
-    if (!std::filesystem::exists(name##_path))                                                              \
-    GTEST_SKIP() << "SKIPPED FOR WANT OF DATA: " << name##_path << " is not there; set BURIN_DATA to the "  \
+#define BURIN_NEED_DATA(name)                                                                              \
+    const std::string name##_path = data_dir() + "/" #name;                                                \
+    if (!std::filesystem::exists(name##_path))                                                             \
+    GTEST_SKIP() << "SKIPPED FOR WANT OF DATA: " << name##_path << " is not there; set BURIN_DATA to the " \
                  << "folder of recorded sequences"

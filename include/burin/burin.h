@@ -7,8 +7,8 @@
  *     uint64_t bytes;  burin_bytes(&config, &bytes);
  *     burin_map map;   burin_create(&config, aligned_alloc(4096, bytes), bytes, &map);
  *     for each frame:  burin_integrate(map, &frame, &result);
- *     burin_mesh_size(map, &options, &vertices, &triangles);   ... buffers ...   burin_mesh(map, &options, &mesh);
- *     burin_destroy(&map);
+ *     burin_mesh_size(map, &options, &vertices, &triangles);   ... buffers ...   burin_mesh(map, &options,
+ * &mesh); burin_destroy(&map);
  *
  * Conventions, everywhere in this header
  *   units     metres, seconds only where said, time stamps in int64 nanoseconds
@@ -43,9 +43,9 @@ typedef enum burin_status {
     BURIN_INSUFFICIENT_MEMORY = -2, /* too few bytes or too small a buffer; the needed number is reported */
     BURIN_IO = -3,                  /* the operating system refused: missing file, full disk */
     BURIN_FORMAT = -4,              /* a file is damaged or is no map of a version this library reads */
-    BURIN_STATE = -5,               /* null, stale or destroyed handle, or a call that does not fit the state */
-    BURIN_UNSUPPORTED = -6,         /* valid, but not in this build */
-    BURIN_CANCELLED = -7            /* a callback asked to stop */
+    BURIN_STATE = -5,       /* null, stale or destroyed handle, or a call that does not fit the state */
+    BURIN_UNSUPPORTED = -6, /* valid, but not in this build */
+    BURIN_CANCELLED = -7    /* a callback asked to stop */
 } burin_status;
 
 /* A static English word for the status, never NULL. */
@@ -57,63 +57,67 @@ BURIN_API const char* burin_version(void);
 /* The kernels in use on this machine, e.g. "scalar"; static. */
 BURIN_API const char* burin_simd_name(void);
 
-/* ---------------------------------------------------------------------------------------------- configuration */
+/* ----------------------------------------------------------------------------------------------
+ * configuration */
 
 typedef enum burin_truncation {
     BURIN_TRUNCATION_CONSTANT = 0, /* truncation_voxels voxels at every depth (KinectFusion) */
-    BURIN_TRUNCATION_QUADRATIC = 1 /* truncation_scale * (0.0019 z^2 + 0.00152 z + 0.001504) metres (Chisel 2015),
-                                      never below truncation_voxels voxels */
+    BURIN_TRUNCATION_QUADRATIC = 1 /* truncation_scale * (0.0019 z^2 + 0.00152 z + 0.001504) metres (Chisel
+                                      2015), never below truncation_voxels voxels */
 } burin_truncation;
 
 typedef enum burin_weight {
-    BURIN_WEIGHT_CONSTANT = 0,   /* 1 for every observation */
-    BURIN_WEIGHT_INVERSE_Z2 = 1  /* (1 m / z)^2, between 1/64 and 4: the inverse of a stereo sensor's noise */
+    BURIN_WEIGHT_CONSTANT = 0,  /* 1 for every observation */
+    BURIN_WEIGHT_INVERSE_Z2 = 1 /* (1 m / z)^2, between 1/64 and 4: the inverse of a stereo sensor's noise */
 } burin_weight;
 
-typedef enum burin_drop {        /* the weight behind the surface (Bylow 2013), full down to one voxel behind it */
-    BURIN_DROP_NONE = 0,
-    BURIN_DROP_LINEAR = 1,       /* linear to 0 at the truncation distance */
-    BURIN_DROP_EXPONENTIAL = 2   /* exp(-5 x^2), x = 0 at one voxel behind, 1 at the truncation distance */
+typedef enum burin_drop { /* the weight behind the surface (Bylow 2013), full down to one voxel behind it */
+                          BURIN_DROP_NONE = 0,
+                          BURIN_DROP_LINEAR = 1, /* linear to 0 at the truncation distance */
+                          BURIN_DROP_EXPONENTIAL =
+                              2 /* exp(-5 x^2), x = 0 at one voxel behind, 1 at the truncation distance */
 } burin_drop;
 
 /* Fill with burin_config_default(), then change what you need. */
 typedef struct burin_config {
-    uint32_t struct_size;     /* sizeof(burin_config), set by burin_config_default */
-    uint32_t version;         /* BURIN_CONFIG_VERSION, set by burin_config_default */
-    uint64_t budget_bytes;    /* everything the map may use; the number of chunks follows from it. Default 256 MiB */
-    float voxel_m;            /* edge of a voxel, 0.0005 .. 1. Default 0.005 */
-    float truncation_voxels;  /* truncation distance in voxels, 2 .. 32. Default 4 */
-    uint32_t truncation;      /* a burin_truncation. Default constant */
-    float truncation_scale;   /* of the quadratic model, 1 .. 32. Default 8 (OpenChisel) */
-    float min_depth_m;        /* nearer readings are ignored, >= 0.01. Default 0.2 */
-    float max_depth_m;        /* farther readings are ignored, <= 50. Default 4 */
-    uint32_t weight;          /* a burin_weight. Default constant */
-    uint32_t drop;            /* a burin_drop. Default none: with a sensor noise near the
-                                 truncation the others pull the surface to the camera */
-    uint32_t angle_weight;    /* 1: times the cosine between viewing ray and surface normal. Default 0 */
-    float max_weight;         /* the running average forgets beyond this many observations, 1 .. 1000. Default 255 */
-    uint32_t carve;           /* 1: chunks seen through are pulled to free space (Chisel). Default 1 */
-    uint32_t colour;          /* 1: room for colour (doubles a chunk). Default 1 */
-    uint32_t bilateral;       /* 1: smooth each depth image, edges kept. Default 0 */
-    uint32_t edge_removal;    /* 1: drop readings that lie on a jump in depth (flying pixels). Default 0 */
-    uint32_t max_width;       /* largest depth image that will be given. Default 640 x 480 */
+    uint32_t struct_size; /* sizeof(burin_config), set by burin_config_default */
+    uint32_t version;     /* BURIN_CONFIG_VERSION, set by burin_config_default */
+    uint64_t
+        budget_bytes; /* everything the map may use; the number of chunks follows from it. Default 256 MiB */
+    float voxel_m;    /* edge of a voxel, 0.0005 .. 1. Default 0.005 */
+    float truncation_voxels; /* truncation distance in voxels, 2 .. 32. Default 4 */
+    uint32_t truncation;     /* a burin_truncation. Default constant */
+    float truncation_scale;  /* of the quadratic model, 1 .. 32. Default 8 (OpenChisel) */
+    float min_depth_m;       /* nearer readings are ignored, >= 0.01. Default 0.2 */
+    float max_depth_m;       /* farther readings are ignored, <= 50. Default 4 */
+    uint32_t weight;         /* a burin_weight. Default constant */
+    uint32_t drop;           /* a burin_drop. Default none: with a sensor noise near the
+                                truncation the others pull the surface to the camera */
+    uint32_t angle_weight;   /* 1: times the cosine between viewing ray and surface normal. Default 0 */
+    float max_weight; /* the running average forgets beyond this many observations, 1 .. 1000. Default 255 */
+    uint32_t carve;   /* 1: chunks seen through are pulled to free space (Chisel). Default 1 */
+    uint32_t colour;  /* 1: room for colour (doubles a chunk). Default 1 */
+    uint32_t bilateral;    /* 1: smooth each depth image, edges kept. Default 0 */
+    uint32_t edge_removal; /* 1: drop readings that lie on a jump in depth (flying pixels). Default 0 */
+    uint32_t max_width;    /* largest depth image that will be given. Default 640 x 480 */
     uint32_t max_height;
-    uint32_t threads;         /* worker threads counting the caller, 1 .. 64. Default 1. Their stacks are not in the
-                                 budget. The map does not depend on it */
-    uint32_t reserved[8];     /* zero */
+    uint32_t threads; /* worker threads counting the caller, 1 .. 64. Default 1. Their stacks are not in the
+                         budget. The map does not depend on it */
+    uint32_t reserved[8]; /* zero */
 } burin_config;
 
 #define BURIN_CONFIG_VERSION 1u
 
 BURIN_API burin_config burin_config_default(void);
 
-/* The exact number of bytes burin_create will use for this configuration: at most budget_bytes, short of it by less
- * than one chunk with its share of the tables. *bytes is set only on success.
- * Errors: INVALID_ARGUMENT (a field out of range), INSUFFICIENT_MEMORY (the budget holds no 64 chunks; the text in
+/* The exact number of bytes burin_create will use for this configuration: at most budget_bytes, short of it
+ * by less than one chunk with its share of the tables. *bytes is set only on success. Errors:
+ * INVALID_ARGUMENT (a field out of range), INSUFFICIENT_MEMORY (the budget holds no 64 chunks; the text in
  * burin_last_error((burin_map){0}) tells the least budget). */
 BURIN_API burin_status burin_bytes(const burin_config* config, uint64_t* bytes);
 
-/* ------------------------------------------------------------------------------------------------- life of a map */
+/* ------------------------------------------------------------------------------------------------- life of a
+ * map */
 
 /* A value; {0, 0} is the null map. A destroyed map's handle is recognised as stale. */
 typedef struct burin_map {
@@ -131,41 +135,42 @@ BURIN_API burin_status burin_destroy(burin_map* map);
 /* Forgets every chunk; the configuration stays. */
 BURIN_API burin_status burin_reset(burin_map map);
 
-/* One line about the last call on this map that failed, "" if none; for calls without a map pass the null map.
- * Valid until the next failing call. */
+/* One line about the last call on this map that failed, "" if none; for calls without a map pass the null
+ * map. Valid until the next failing call. */
 BURIN_API const char* burin_last_error(burin_map map);
 
-/* --------------------------------------------------------------------------------------------------------- frames */
+/* ---------------------------------------------------------------------------------------------------------
+ * frames */
 
 typedef struct burin_camera {
-    uint32_t width, height;     /* pixels */
-    double fx, fy, cx, cy;      /* pixels */
-    double k1, k2, p1, p2, k3;  /* Brown's distortion, 0 when the image is rectified */
+    uint32_t width, height;    /* pixels */
+    double fx, fy, cx, cy;     /* pixels */
+    double k1, k2, p1, p2, k3; /* Brown's distortion, 0 when the image is rectified */
 } burin_camera;
 
 typedef struct burin_pose {
-    double tx, ty, tz;          /* metres */
-    double qx, qy, qz, qw;      /* unit quaternion */
+    double tx, ty, tz;     /* metres */
+    double qx, qy, qz, qw; /* unit quaternion */
 } burin_pose;
 
 typedef enum burin_depth_type {
-    BURIN_DEPTH_U16 = 0,        /* metres = value * depth_unit_m; 0 and 65535 mean no depth */
-    BURIN_DEPTH_F32 = 1         /* metres = value * depth_unit_m; 0, negative, NaN and inf mean no depth */
+    BURIN_DEPTH_U16 = 0, /* metres = value * depth_unit_m; 0 and 65535 mean no depth */
+    BURIN_DEPTH_F32 = 1  /* metres = value * depth_unit_m; 0, negative, NaN and inf mean no depth */
 } burin_depth_type;
 
 typedef struct burin_frame {
-    uint32_t struct_size;           /* sizeof(burin_frame) */
-    uint32_t depth_type;            /* a burin_depth_type */
+    uint32_t struct_size; /* sizeof(burin_frame) */
+    uint32_t depth_type;  /* a burin_depth_type */
     int64_t t_ns;
-    const void* depth;              /* z along the optical axis, depth_camera.height rows */
-    uint64_t depth_stride_bytes;    /* >= width * sample size, a multiple of the sample size */
-    double depth_unit_m;            /* e.g. 0.001 for millimetres */
+    const void* depth;           /* z along the optical axis, depth_camera.height rows */
+    uint64_t depth_stride_bytes; /* >= width * sample size, a multiple of the sample size */
+    double depth_unit_m;         /* e.g. 0.001 for millimetres */
     burin_camera depth_camera;
-    burin_pose T_world_camera;      /* of the depth camera */
-    const uint8_t* rgb;             /* 3 bytes a pixel, sRGB; NULL when the frame has no colour */
-    uint64_t rgb_stride_bytes;      /* >= 3 * width */
-    burin_camera colour_camera;     /* its own size and intrinsics */
-    burin_pose T_colour_depth;      /* depth camera coordinates to colour camera coordinates */
+    burin_pose T_world_camera;  /* of the depth camera */
+    const uint8_t* rgb;         /* 3 bytes a pixel, sRGB; NULL when the frame has no colour */
+    uint64_t rgb_stride_bytes;  /* >= 3 * width */
+    burin_camera colour_camera; /* its own size and intrinsics */
+    burin_pose T_colour_depth;  /* depth camera coordinates to colour camera coordinates */
 } burin_frame;
 
 /* Zeroed but for struct_size and identity poses. */
@@ -178,43 +183,45 @@ enum {
 
 typedef struct burin_frame_result {
     uint32_t flags;
-    uint32_t chunks_fused;      /* chunks that took at least one reading */
+    uint32_t chunks_fused; /* chunks that took at least one reading */
     uint32_t chunks_new;
     uint32_t chunks_carved;
-    uint32_t chunks_dropped;    /* chunks the frame would have added, had there been room */
-    uint32_t valid_pixels;      /* depth readings in range */
+    uint32_t chunks_dropped; /* chunks the frame would have added, had there been room */
+    uint32_t valid_pixels;   /* depth readings in range */
     double depth_ms, integrate_ms;
 } burin_frame_result;
 
-/* Fuses one frame (Curless & Levoy 1996; projective signed distance as in KinectFusion 2011). `result` may be NULL.
- * A full pool is no error: the frame is finished with the chunks there are, see `flags` and `chunks_dropped`.
- * Errors leave the map as it was. */
+/* Fuses one frame (Curless & Levoy 1996; projective signed distance as in KinectFusion 2011). `result` may be
+ * NULL. A full pool is no error: the frame is finished with the chunks there are, see `flags` and
+ * `chunks_dropped`. Errors leave the map as it was. */
 BURIN_API burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_frame_result* result);
 
-/* ----------------------------------------------------------------------------------------------------- statistics */
+/* -----------------------------------------------------------------------------------------------------
+ * statistics */
 
 typedef struct burin_statistics {
-    uint64_t arena_bytes;       /* what burin_bytes said */
-    uint64_t frames;            /* integrated since create, reset or the saved map's own beginning */
-    uint64_t chunks_dropped;    /* summed over frames */
+    uint64_t arena_bytes;    /* what burin_bytes said */
+    uint64_t frames;         /* integrated since create, reset or the saved map's own beginning */
+    uint64_t chunks_dropped; /* summed over frames */
     uint32_t chunks_live, chunks_high_water, chunks_capacity;
-    float voxel_m, truncation_m; /* truncation_m: the distance the stored values are scaled by */
+    float voxel_m, truncation_m;            /* truncation_m: the distance the stored values are scaled by */
     float bounds_min_m[3], bounds_max_m[3]; /* box around all chunks; min > max when empty */
 } burin_statistics;
 
 BURIN_API burin_status burin_stats(burin_map map, burin_statistics* statistics);
 
-/* A 64-bit digest of every chunk's key and voxels, in key order: equal maps have equal hashes, whatever the budget,
- * the threads or the machine. */
+/* A 64-bit digest of every chunk's key and voxels, in key order: equal maps have equal hashes, whatever the
+ * budget, the threads or the machine. */
 BURIN_API burin_status burin_hash(burin_map map, uint64_t* hash);
 
-/* --------------------------------------------------------------------------------------------------------- meshes */
+/* ---------------------------------------------------------------------------------------------------------
+ * meshes */
 
 typedef struct burin_mesh_options {
-    uint32_t struct_size;       /* sizeof(burin_mesh_options) */
-    float min_weight;           /* voxels with less are unknown. Default 0.5: one reading, not far behind */
-    float max_jump_voxels;      /* an edge of a cell whose two distances differ by more is no surface (the back of a
-                                   silhouette), >= 1.8. Default 7: surface seen at up to 81 degrees stays */
+    uint32_t struct_size;  /* sizeof(burin_mesh_options) */
+    float min_weight;      /* voxels with less are unknown. Default 0.5: one reading, not far behind */
+    float max_jump_voxels; /* an edge of a cell whose two distances differ by more is no surface (the back of
+                              a silhouette), >= 1.8. Default 7: surface seen at up to 81 degrees stays */
 } burin_mesh_options;
 
 BURIN_API burin_mesh_options burin_mesh_options_default(void);
@@ -222,10 +229,10 @@ BURIN_API burin_mesh_options burin_mesh_options_default(void);
 /* Caller buffers; any but positions and triangles may be NULL. */
 typedef struct burin_mesh_buffers {
     uint64_t vertex_capacity, triangle_capacity;
-    float* positions;           /* 3 per vertex */
-    float* normals;             /* 3 per vertex, unit, towards free space */
-    uint8_t* colours;           /* 3 per vertex, sRGB; 255 255 255 where no colour was seen */
-    uint32_t* triangles;        /* 3 per triangle, counter-clockwise seen from free space */
+    float* positions;                      /* 3 per vertex */
+    float* normals;                        /* 3 per vertex, unit, towards free space */
+    uint8_t* colours;                      /* 3 per vertex, sRGB; 255 255 255 where no colour was seen */
+    uint32_t* triangles;                   /* 3 per triangle, counter-clockwise seen from free space */
     uint64_t vertex_count, triangle_count; /* out */
 } burin_mesh_buffers;
 
@@ -238,54 +245,61 @@ BURIN_API burin_status burin_mesh_size(burin_map map, const burin_mesh_options* 
 BURIN_API burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_mesh_buffers* mesh);
 
 typedef struct burin_chunk_key {
-    int32_t x, y, z;            /* chunk (x,y,z) spans [8 x voxel_m, 8 (x + 1) voxel_m) and so on */
+    int32_t x, y, z; /* chunk (x,y,z) spans [8 x voxel_m, 8 (x + 1) voxel_m) and so on */
 } burin_chunk_key;
 
 /* The chunks whose mesh may have changed since they were last meshed by burin_chunk_mesh, in key order.
  * INSUFFICIENT_MEMORY: *count holds the needed capacity. */
-BURIN_API burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity, uint64_t* count);
+BURIN_API burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity,
+                                          uint64_t* count);
 
-/* The surface inside one chunk's cells; vertices on the border are repeated, bit for bit, by the neighbour. At most
- * 1944 vertices and 2560 triangles. Clears the chunk's dirty mark. A chunk that is not there gives an empty mesh. */
+/* The surface inside one chunk's cells; vertices on the border are repeated, bit for bit, by the neighbour.
+ * At most 1944 vertices and 2560 triangles. Clears the chunk's dirty mark. A chunk that is not there gives an
+ * empty mesh. */
 BURIN_API burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_mesh_options* options,
                                         burin_mesh_buffers* mesh);
 
-/* Removes connected components of fewer than min_triangles triangles, in place; what stays keeps its order, and the
- * counts are updated. scratch: 2 * mesh->vertex_count uint32_t. Needs no map. */
-BURIN_API burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_triangles, uint32_t* scratch);
+/* Removes connected components of fewer than min_triangles triangles, in place; what stays keeps its order,
+ * and the counts are updated. scratch: 2 * mesh->vertex_count uint32_t. Needs no map. */
+BURIN_API burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_triangles,
+                                               uint32_t* scratch);
 
-/* -------------------------------------------------------------------------------------------------------- queries */
+/* --------------------------------------------------------------------------------------------------------
+ * queries */
 
 /* What a camera at T_world_camera would see, by ray casting (KinectFusion 2011, section 3.3). Buffers of
- * camera.width * camera.height pixels, packed; each may be NULL. No surface: depth 0, normal 0 0 0, colour 0 0 0.
- * The camera must be free of distortion. */
-BURIN_API burin_status burin_raycast(burin_map map, const burin_camera* camera, const burin_pose* T_world_camera,
-                                     float* depth_m, float* normals, uint8_t* rgb);
+ * camera.width * camera.height pixels, packed; each may be NULL. No surface: depth 0, normal 0 0 0, colour 0
+ * 0 0. The camera must be free of distortion. */
+BURIN_API burin_status burin_raycast(burin_map map, const burin_camera* camera,
+                                     const burin_pose* T_world_camera, float* depth_m, float* normals,
+                                     uint8_t* rgb);
 
-/* Signed distance (metres, + in free space) at `count` world points (3 doubles each), trilinear; NaN where a voxel
- * around the point was never seen. gradients (3 floats a point, unitless) may be NULL. */
+/* Signed distance (metres, + in free space) at `count` world points (3 doubles each), trilinear; NaN where a
+ * voxel around the point was never seen. gradients (3 floats a point, unitless) may be NULL. */
 BURIN_API burin_status burin_sample(burin_map map, const double* points, uint64_t count, float* distances,
                                     float* gradients);
 
-/* ---------------------------------------------------------------------------------------------------------- files */
+/* ----------------------------------------------------------------------------------------------------------
+ * files */
 
-/* Writes the map (docs/map_file.md) to `path`: first to `path`.part, which replaces `path` only when complete. */
+/* Writes the map (docs/map_file.md) to `path`: first to `path`.part, which replaces `path` only when
+ * complete. */
 BURIN_API burin_status burin_save(burin_map map, const char* path);
 
 typedef struct burin_file_info {
     uint32_t version, has_colour;
     float voxel_m, truncation_m;
     uint64_t chunks, frames, hash;
-    burin_config config;        /* as it was when saved */
+    burin_config config;         /* as it was when saved */
     uint64_t least_budget_bytes; /* with config as saved, the smallest budget that holds the map */
 } burin_file_info;
 
 /* Reads only the head of a map file. */
 BURIN_API burin_status burin_file_probe(const char* path, burin_file_info* info);
 
-/* Replaces the map's chunks by those of the file. The voxel, the truncation and the presence of colour must be those
- * of the map's configuration. INSUFFICIENT_MEMORY: the text tells the budget it takes. On failure after the head was
- * read (a damaged chunk) the map is empty. */
+/* Replaces the map's chunks by those of the file. The voxel, the truncation and the presence of colour must
+ * be those of the map's configuration. INSUFFICIENT_MEMORY: the text tells the budget it takes. On failure
+ * after the head was read (a damaged chunk) the map is empty. */
 BURIN_API burin_status burin_load(burin_map map, const char* path);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One frame as every sensor and every data set delivers it. Depth and colour keep their own size, intrinsics, time
-// stamp and the extrinsic between them; intrinsics belong to the frame (phones move the lens).
+// One frame as every sensor and every data set delivers it. Depth and colour keep their own size, intrinsics,
+// time stamp and the extrinsic between them; intrinsics belong to the frame (phones move the lens).
 #pragma once
 
 #include <cstdint>

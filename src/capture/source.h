@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The interface every recorded data set implements. (Live sensors get theirs beside it with the capture layer.)
+// The interface every recorded data set implements. (Live sensors get theirs beside it with the capture
+// layer.)
 #pragma once
 
 #include <memory>
@@ -15,11 +16,12 @@ class Dataset {
     // Short name of the format as `--format` takes it: "tum", "7scenes", ...
     virtual const char* format() const = 0;
     virtual int frame_count() const = 0;
-    // Frames are complete before they are handed out: a truncated image or a bad pose is an error that names the
-    // file, the value and what was expected. Safe to call from several threads at once; 0 <= index < frame_count().
-    // A frame whose pose is unknown comes with has_pose == false.
+    // Frames are complete before they are handed out: a truncated image or a bad pose is an error that names
+    // the file, the value and what was expected. Safe to call from several threads at once; 0 <= index <
+    // frame_count(). A frame whose pose is unknown comes with has_pose == false.
     virtual Status load(int index, Frame* out) const = 0;
-    // One-line notes for the user from opening (e.g. "5 of 251 depth images have no pose within 20 ms"), may be empty.
+    // One-line notes for the user from opening (e.g. "5 of 251 depth images have no pose within 20 ms"), may
+    // be empty.
     virtual std::string notes() const { return {}; }
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A bump allocator over memory the caller owns. With null memory it only measures, so that one layout function both
-// tells the size and places the parts: the two cannot disagree.
+// A bump allocator over memory the caller owns. With null memory it only measures, so that one layout
+// function both tells the size and places the parts: the two cannot disagree.
 #pragma once
 
 #include <cstddef>

@@ -4,7 +4,8 @@
 namespace burin {
 namespace {
 
-// Brown 1966 as written in OpenCV's documentation: radial k1 k2 k3, tangential p1 p2, on normalised coordinates.
+// Brown 1966 as written in OpenCV's documentation: radial k1 k2 k3, tangential p1 p2, on normalised
+// coordinates.
 void distort(const Camera& c, double x, double y, double* xd, double* yd) {
     const double r2 = x * x + y * y;
     const double radial = 1 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
@@ -16,16 +17,21 @@ void distort(const Camera& c, double x, double y, double* xd, double* yd) {
 
 Status check_camera(const Camera& c, const char* what) {
     if (c.width < 1 || c.height < 1 || c.width > kMaxImageSide || c.height > kMaxImageSide)
-        return Status::error(Code::invalid_argument, "%s camera: image size is %dx%d, expected 1..%d each way", what,
-                             c.width, c.height, kMaxImageSide);
-    if (!(c.fx >= 0.05 * c.width) || !(c.fy >= 0.05 * c.height) || !(c.fx < 100.0 * c.width) || !(c.fy < 100.0 * c.height))
         return Status::error(Code::invalid_argument,
-                             "%s camera: focal length is %g %g pixels, expected 0.05 to 100 image sizes", what, c.fx, c.fy);
+                             "%s camera: image size is %dx%d, expected 1..%d each way", what, c.width,
+                             c.height, kMaxImageSide);
+    if (!(c.fx >= 0.05 * c.width) || !(c.fy >= 0.05 * c.height) || !(c.fx < 100.0 * c.width) ||
+        !(c.fy < 100.0 * c.height))
+        return Status::error(Code::invalid_argument,
+                             "%s camera: focal length is %g %g pixels, expected 0.05 to 100 image sizes",
+                             what, c.fx, c.fy);
     if (!(c.cx >= -c.width && c.cx <= 2.0 * c.width && c.cy >= -c.height && c.cy <= 2.0 * c.height))
-        return Status::error(Code::invalid_argument,
-                             "%s camera: principal point is %g %g, expected within one image size of the image", what,
-                             c.cx, c.cy);
-    const double coefficients = std::fabs(c.k1) + std::fabs(c.k2) + std::fabs(c.k3) + std::fabs(c.p1) + std::fabs(c.p2);
+        return Status::error(
+            Code::invalid_argument,
+            "%s camera: principal point is %g %g, expected within one image size of the image", what, c.cx,
+            c.cy);
+    const double coefficients =
+        std::fabs(c.k1) + std::fabs(c.k2) + std::fabs(c.k3) + std::fabs(c.p1) + std::fabs(c.p2);
     if (!(coefficients < 1e3))
         return Status::error(Code::invalid_argument, "%s camera: distortion is not finite or absurd", what);
     return {};

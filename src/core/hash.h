@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A 64-bit digest for map hashes and file checksums: word-wise multiply and xor-shift, the same on every platform
-// of either word size (input is read as little-endian words). It guards against accidents, not against forgery.
+// A 64-bit digest for map hashes and file checksums: word-wise multiply and xor-shift, the same on every
+// platform of either word size (input is read as little-endian words). It guards against accidents, not
+// against forgery.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,8 @@
 
 namespace burin {
 
-// The finaliser of MurmurHash3 (Appleby, public domain): every input bit changes every output bit with p = 1/2.
+// The finaliser of MurmurHash3 (Appleby, public domain): every input bit changes every output bit with p =
+// 1/2.
 inline std::uint64_t mix64(std::uint64_t h) {
     h ^= h >> 33;
     h *= 0xff51afd7ed558ccdULL;
@@ -19,7 +21,8 @@ inline std::uint64_t mix64(std::uint64_t h) {
     return h;
 }
 
-// Four independent lanes, since one chain of multiplies would be bound by their latency: 4 KiB take about 0.4 us.
+// Four independent lanes, since one chain of multiplies would be bound by their latency: 4 KiB take about 0.4
+// us.
 inline std::uint64_t hash_bytes(const void* data, std::size_t bytes, std::uint64_t seed = 0) {
     const auto* p = static_cast<const unsigned char*>(data);
     const std::uint64_t odd = 0x9e3779b97f4a7c15ULL;  // 2^64 / golden ratio, odd

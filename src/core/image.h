@@ -32,7 +32,9 @@ struct Image {
         pixels.assign(static_cast<std::size_t>(w) * h * c, fill);
     }
     View<T> view() { return {pixels.data(), width, height, std::ptrdiff_t(width) * channels, channels}; }
-    View<const T> view() const { return {pixels.data(), width, height, std::ptrdiff_t(width) * channels, channels}; }
+    View<const T> view() const {
+        return {pixels.data(), width, height, std::ptrdiff_t(width) * channels, channels};
+    }
     bool empty() const { return pixels.empty(); }
 };
 

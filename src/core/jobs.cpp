@@ -6,8 +6,8 @@
 namespace burin {
 namespace {
 
-// A frame has several parallel stages a few hundred microseconds apart; sleeping in the kernel between them costs
-// 50 us each way, so a waiting thread first spins for about 20 us.
+// A frame has several parallel stages a few hundred microseconds apart; sleeping in the kernel between them
+// costs 50 us each way, so a waiting thread first spins for about 20 us.
 constexpr int kSpins = 2000;
 
 inline void pause() {
@@ -55,7 +55,8 @@ void Jobs::run_erased(int count, Function function, void* context) {
     busy_.store(threads_ - 1, std::memory_order_relaxed);
     run_id_.fetch_add(1, std::memory_order_release);
     run_id_.notify_all();
-    for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count;) function(context, item, 0);
+    for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count;)
+        function(context, item, 0);
     int spins = 0;
     for (int left; (left = busy_.load(std::memory_order_acquire)) != 0;) {
         if (++spins < kSpins)

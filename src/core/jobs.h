@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A fixed pool of worker threads. Work is split into items by index; which thread runs an item is left to chance, so
-// an item may only write what belongs to its own index. Results then do not depend on the number of threads.
+// A fixed pool of worker threads. Work is split into items by index; which thread runs an item is left to
+// chance, so an item may only write what belongs to its own index. Results then do not depend on the number
+// of threads.
 #pragma once
 
 #include <pthread.h>
@@ -16,8 +17,9 @@ inline constexpr int kMaxThreads = 64;
 
 class Jobs {
   public:
-    // threads counts the calling thread: 1 starts none. Clamped to 1..kMaxThreads. Where the system refuses a thread,
-    // the pool makes do with those it got: results do not depend on their number. (std::thread would throw.)
+    // threads counts the calling thread: 1 starts none. Clamped to 1..kMaxThreads. Where the system refuses a
+    // thread, the pool makes do with those it got: results do not depend on their number. (std::thread would
+    // throw.)
     explicit Jobs(int threads);
     ~Jobs();
     Jobs(const Jobs&) = delete;
@@ -26,12 +28,15 @@ class Jobs {
     int threads() const { return threads_; }
 
     // Calls body(item, worker) for every item in 0..count-1 and returns when all are done; worker is in
-    // 0..threads()-1 and unique among the calls running at one time (for per-thread scratch). Allocates nothing.
-    // One run at a time, not from within a body.
+    // 0..threads()-1 and unique among the calls running at one time (for per-thread scratch). Allocates
+    // nothing. One run at a time, not from within a body.
     template <class Body>
     void run(int count, Body&& body) {
         run_erased(
-            count, [](void* context, int item, int worker) { (*static_cast<std::remove_reference_t<Body>*>(context))(item, worker); },
+            count,
+            [](void* context, int item, int worker) {
+                (*static_cast<std::remove_reference_t<Body>*>(context))(item, worker);
+            },
             const_cast<void*>(static_cast<const void*>(&body)));
     }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The marching cubes table (Lorensen & Cline 1987), generated at compile time from one rule per cube face, so that
-// two cells always agree on the face they share and no cracks can open:
-//   on a face, every run of inside corners (sdf < 0) is cut off by one segment; on an ambiguous face (inside corners
-//   diagonal) the two inside corners are thus always separated.
-// The segments of the six faces close into loops, and the loops are cut into triangles without ever using a diagonal
-// that lies in a cube face (such a triangle would be doubled by the neighbouring cell).
+// The marching cubes table (Lorensen & Cline 1987), generated at compile time from one rule per cube face, so
+// that two cells always agree on the face they share and no cracks can open:
+//   on a face, every run of inside corners (sdf < 0) is cut off by one segment; on an ambiguous face (inside
+//   corners diagonal) the two inside corners are thus always separated.
+// The segments of the six faces close into loops, and the loops are cut into triangles without ever using a
+// diagonal that lies in a cube face (such a triangle would be doubled by the neighbouring cell).
 //
-// Corner i of a cell lies at (i & 1, i >> 1 & 1, i >> 2 & 1). Bit i of a configuration is set when corner i is inside.
-// Edge e = 4 * axis + k runs along `axis` from kCubeEdges[e].corner.
+// Corner i of a cell lies at (i & 1, i >> 1 & 1, i >> 2 & 1). Bit i of a configuration is set when corner i
+// is inside. Edge e = 4 * axis + k runs along `axis` from kCubeEdges[e].corner.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ struct CubeEdge {
 
 struct CubeTriangles {
     std::uint8_t count = 0;
-    std::uint16_t edges = 0;            // bit e: edge e carries a vertex
-    std::uint8_t edge[5][3] = {};       // counter-clockwise seen from outside (sdf > 0)
+    std::uint16_t edges = 0;       // bit e: edge e carries a vertex
+    std::uint8_t edge[5][3] = {};  // counter-clockwise seen from outside (sdf > 0)
 };
 
 namespace mc_detail {
@@ -90,7 +90,9 @@ constexpr std::array<CubeTriangles, 256> make_table() {
             while (n >= 3) {
                 int ear = -1;
                 for (int i = 0; i < n && ear < 0; ++i)
-                    if (n == 3 || !(faces_of(edges[loop[(i + n - 1) % n]]) & faces_of(edges[loop[(i + 1) % n]]))) ear = i;
+                    if (n == 3 ||
+                        !(faces_of(edges[loop[(i + n - 1) % n]]) & faces_of(edges[loop[(i + 1) % n]])))
+                        ear = i;
                 if (ear < 0) return {};  // no such triangulation: the static_assert below would fail
                 const int tri[3] = {loop[(ear + n - 1) % n], loop[ear], loop[(ear + 1) % n]};
                 for (int i = 0; i < 3; ++i) out.edge[out.count][i] = static_cast<std::uint8_t>(tri[i]);
@@ -107,6 +109,7 @@ constexpr std::array<CubeTriangles, 256> make_table() {
 
 inline constexpr std::array<CubeEdge, 12> kCubeEdges = mc_detail::make_edges();
 inline constexpr std::array<CubeTriangles, 256> kMarchingCubes = mc_detail::make_table();
-static_assert(kMarchingCubes[1].count == 1 && kMarchingCubes[254].count == 1, "a triangulation was not found");
+static_assert(kMarchingCubes[1].count == 1 && kMarchingCubes[254].count == 1,
+              "a triangulation was not found");
 
 }  // namespace burin

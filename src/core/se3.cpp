@@ -19,8 +19,8 @@ Result<Se3> se3_from_quaternion(Vec3d t, Quaternion q) {
         return Status::error(Code::invalid_argument, "quaternion norm is %g, expected 1", n);
     const double x = q.x / n, y = q.y / n, z = q.z / n, w = q.w / n;
     Se3 T;
-    T.R = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),      //
-            2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),      //
+    T.R = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
+            2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
     T.t = t;
     return T;
@@ -28,11 +28,12 @@ Result<Se3> se3_from_quaternion(Vec3d t, Quaternion q) {
 
 Result<Se3> se3_from_matrix(const double* m, int rows, double tolerance) {
     for (int i = 0; i < 4 * rows; ++i)
-        if (!std::isfinite(m[i])) return Status::error(Code::invalid_argument, "pose matrix entry %d is not finite", i);
+        if (!std::isfinite(m[i]))
+            return Status::error(Code::invalid_argument, "pose matrix entry %d is not finite", i);
     if (rows == 4 && (std::fabs(m[12]) > 1e-6 || std::fabs(m[13]) > 1e-6 || std::fabs(m[14]) > 1e-6 ||
                       std::fabs(m[15] - 1) > 1e-6))
-        return Status::error(Code::invalid_argument, "last row of the pose is %g %g %g %g, expected 0 0 0 1", m[12],
-                             m[13], m[14], m[15]);
+        return Status::error(Code::invalid_argument, "last row of the pose is %g %g %g %g, expected 0 0 0 1",
+                             m[12], m[13], m[14], m[15]);
     Se3 T;
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) T.R(r, c) = m[4 * r + c];
@@ -42,11 +43,14 @@ Result<Se3> se3_from_matrix(const double* m, int rows, double tolerance) {
         for (int b = 0; b < 3; ++b)
             worst = std::max(worst, std::fabs(dot(T.R.column(a), T.R.column(b)) - (a == b ? 1.0 : 0.0)));
     if (!(worst <= tolerance))
-        return Status::error(Code::invalid_argument, "rotation is not orthonormal (R^T R off by %g, expected at most %g)",
-                             worst, tolerance);
+        return Status::error(Code::invalid_argument,
+                             "rotation is not orthonormal (R^T R off by %g, expected at most %g)", worst,
+                             tolerance);
     if (T.R.determinant() < 0)
-        return Status::error(Code::invalid_argument, "rotation has determinant -1 (a reflection), expected +1");
-    // Back through the quaternion: the nearest rotation to first order, and the same arithmetic as the other path.
+        return Status::error(Code::invalid_argument,
+                             "rotation has determinant -1 (a reflection), expected +1");
+    // Back through the quaternion: the nearest rotation to first order, and the same arithmetic as the other
+    // path.
     Quaternion q = quaternion_of(T.R);
     const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     return se3_from_quaternion(T.t, {q.x / n, q.y / n, q.z / n, q.w / n});

@@ -10,7 +10,7 @@ namespace burin {
 // The numeric values are those of burin_status in include/burin/burin.h (a test compares them).
 enum class Code : int {
     ok = 0,
-    invalid_argument = -1,    // a value the caller gave is out of its stated range
+    invalid_argument = -1,     // a value the caller gave is out of its stated range
     insufficient_memory = -2,  // the bytes handed over are too few; the text says how many are needed
     io = -3,                   // the operating system refused: missing file, full disk, no permission
     format = -4,               // a file's content is not what its format demands
@@ -40,8 +40,8 @@ class [[nodiscard]] Status {
 template <class T>
 class [[nodiscard]] Result {
   public:
-    Result(T value) : value_(std::move(value)) {}     // NOLINT: implicit by intention, as std::expected
-    Result(Status status) : status_(status) {}        // NOLINT
+    Result(T value) : value_(std::move(value)) {}  // NOLINT: implicit by intention, as std::expected
+    Result(Status status) : status_(status) {}     // NOLINT
     bool ok() const { return status_.ok(); }
     explicit operator bool() const { return ok(); }
     const Status& status() const { return status_; }
@@ -56,10 +56,10 @@ class [[nodiscard]] Result {
 };
 
 // Leaves the calling function with the status when it is an error.
-#define BURIN_TRY(expression)                                        \
-    do {                                                             \
+#define BURIN_TRY(expression)                                                        \
+    do {                                                                             \
         if (::burin::Status burin_try_status = (expression); !burin_try_status.ok()) \
-            return burin_try_status;                                 \
+            return burin_try_status;                                                 \
     } while (0)
 
 }  // namespace burin

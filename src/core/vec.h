@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Plain 3-vectors and 3x3 matrices for storage and for kernels: no alignment demands, no expression templates,
-// every operation written out so that its rounding is the same on every platform.
+// Plain 3-vectors and 3x3 matrices for storage and for kernels: no alignment demands, no expression
+// templates, every operation written out so that its rounding is the same on every platform.
 #pragma once
 
 #include <cmath>
@@ -61,8 +61,7 @@ struct Mat3d {
     friend Mat3d operator*(const Mat3d& a, const Mat3d& b) {
         Mat3d c;
         for (int r = 0; r < 3; ++r)
-            for (int k = 0; k < 3; ++k)
-                c(r, k) = a(r, 0) * b(0, k) + a(r, 1) * b(1, k) + a(r, 2) * b(2, k);
+            for (int k = 0; k < 3; ++k) c(r, k) = a(r, 0) * b(0, k) + a(r, 1) * b(1, k) + a(r, 2) * b(2, k);
         return c;
     }
     Mat3d transposed() const { return {{m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]}}; }

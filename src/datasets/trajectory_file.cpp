@@ -64,7 +64,8 @@ Result<Trajectory> parse_tum_trajectory(std::string_view text, const std::string
         double v[8];
         std::string_view words[8];
         split_words(line, words, 8);
-        // A header that somebody forgot to comment out: some copies of TUM's files begin with "timestamp tx ty ...".
+        // A header that somebody forgot to comment out: some copies of TUM's files begin with "timestamp tx
+        // ty ...".
         if (first && words[0] == "timestamp") continue;
         BURIN_TRY(parse_row(line, where.c_str(), 8, v));
         for (int i = 1; i < 8; ++i)

@@ -10,8 +10,9 @@
 namespace burin {
 namespace {
 
-// A chunk is looked at for carving every so many frames, with that many times the weight: noise fades as fast, and a
-// frame pays a quarter. Which chunks are due follows from their keys, so it is the same after loading a map.
+// A chunk is looked at for carving every so many frames, with that many times the weight: noise fades as
+// fast, and a frame pays a quarter. Which chunks are due follows from their keys, so it is the same after
+// loading a map.
 constexpr int kCarveEvery = 4;
 
 constexpr int kLookAhead = 8;  // keys between asking for a hash entry and reading it

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstring>
 
-
 namespace burin {
 
 void Volume::place(Arena& arena, const VolumeShape& shape) {

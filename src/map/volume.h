@@ -73,7 +73,8 @@ class Volume {
     }
 
   private:
-    // Where the search for a key begins: the hash scaled to the table, so that its size need not be a power of two.
+    // Where the search for a key begins: the hash scaled to the table, so that its size need not be a power
+    // of two.
     std::uint32_t home(ChunkKey key) const {
         return static_cast<std::uint32_t>((mix64(key) >> 32) * table_size_ >> 32);
     }

@@ -36,8 +36,8 @@ void ChunkBlock::gather_weights() {
     gather<std::uint16_t>([](const ChunkGeometry& g) { return &g.weight[0]; }, weight_);
 }
 
-// Bits of all rows at -1..8. Along x a row takes bit 7 of the chunk before, eight bits of its own chunk, and bit 0 of
-// the chunk after.
+// Bits of all rows at -1..8. Along x a row takes bit 7 of the chunk before, eight bits of its own chunk, and
+// bit 0 of the chunk after.
 void ChunkBlock::classify(std::uint16_t min_weight) {
     std::memset(known_, 0, sizeof known_);
     std::memset(inside_, 0, sizeof inside_);
@@ -53,7 +53,8 @@ void ChunkBlock::classify(std::uint16_t min_weight) {
                 std::uint8_t known[64], inside[64];
                 const int first = (z0 & 7) * 8 + (y0 & 7);
                 if (dx == 0) {
-                    simd::classify_rows(g.sdf, g.weight, first, ny == 1 ? 8 : 1, ny * nz, min_weight, known, inside);
+                    simd::classify_rows(g.sdf, g.weight, first, ny == 1 ? 8 : 1, ny * nz, min_weight, known,
+                                        inside);
                 } else {  // one voxel a row
                     const int x = dx < 0 ? 7 : 0;
                     for (int i = 0; i < ny * nz; ++i) {
@@ -80,8 +81,10 @@ bool ChunkBlock::find_active() {
     for (int z = 0; z < 9; ++z)
         for (int y = 0; y < 9; ++y) {
             const unsigned known = known_[z][y] & known_[z][y + 1] & known_[z + 1][y] & known_[z + 1][y + 1];
-            const unsigned all = inside_[z][y] & inside_[z][y + 1] & inside_[z + 1][y] & inside_[z + 1][y + 1];
-            const unsigned some = inside_[z][y] | inside_[z][y + 1] | inside_[z + 1][y] | inside_[z + 1][y + 1];
+            const unsigned all =
+                inside_[z][y] & inside_[z][y + 1] & inside_[z + 1][y] & inside_[z + 1][y + 1];
+            const unsigned some =
+                inside_[z][y] | inside_[z][y + 1] | inside_[z + 1][y] | inside_[z + 1][y + 1];
             const unsigned active = (known & known >> 1) & (some | some >> 1) & ~(all & all >> 1) & 0x1ff;
             active_[z * 9 + y] = static_cast<std::uint16_t>(active);
             any |= active;
@@ -114,7 +117,8 @@ void ChunkBlock::drop_jumps(int max_jump) {
             for (unsigned left = active; left != 0; left &= left - 1) {
                 const int x = std::countr_zero(left) - 1;
                 for (const CubeEdge& edge : kCubeEdges) {
-                    const int ax = x + (edge.corner & 1), ay = y + (edge.corner >> 1 & 1), az = z + (edge.corner >> 2);
+                    const int ax = x + (edge.corner & 1), ay = y + (edge.corner >> 1 & 1),
+                              az = z + (edge.corner >> 2);
                     const int a = sdf(ax, ay, az),
                               b = sdf(ax + (edge.axis == 0), ay + (edge.axis == 1), az + (edge.axis == 2));
                     if ((a < 0) != (b < 0) && std::abs(a - b) > max_jump) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The voxels that meshing one chunk needs, gathered from up to 27 chunks: positions -1..9 along each axis. Cells at
-// -1..8 decide which edges carry a vertex; gradients at 0..8 reach one voxel further.
+// The voxels that meshing one chunk needs, gathered from up to 27 chunks: positions -1..9 along each axis.
+// Cells at -1..8 decide which edges carry a vertex; gradients at 0..8 reach one voxel further.
 #pragma once
 
 #include <cstdint>
@@ -19,16 +19,16 @@ class ChunkBlock {
   public:
     static constexpr int kSide = 11;
 
-    // The chunk must exist. The volume must not change while the block is used. Most chunks hold no surface: then
-    // empty() is true and nothing has been gathered.
+    // The chunk must exist. The volume must not change while the block is used. Most chunks hold no surface:
+    // then empty() is true and nothing has been gathered.
     ChunkBlock(const Volume& volume, std::uint32_t slot, const MeshOptions& options);
 
     bool empty() const { return empty_; }
     const Neighbourhood& neighbours() const { return neighbours_; }
     int sdf(int x, int y, int z) const { return sdf_[index(x, y, z)]; }
 
-    // Bit x + 1 of a row: the cell with low corner (x, y, z), x in -1..7, y and z in -1..7, has eight known corners,
-    // a crossing, and no jump.
+    // Bit x + 1 of a row: the cell with low corner (x, y, z), x in -1..7, y and z in -1..7, has eight known
+    // corners, a crossing, and no jump.
     std::uint16_t active_cells(int y, int z) const { return active_[(z + 1) * 9 + y + 1]; }
     // Bit x + 1 of a row: voxel (x, y, z), each in -1..8, is inside (sdf < 0).
     std::uint16_t inside_row(int y, int z) const { return inside_[z + 1][y + 1]; }

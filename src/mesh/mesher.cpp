@@ -36,13 +36,17 @@ void find_edges(const ChunkBlock& block, std::uint64_t edges[24]) {
         for (int y = 0; y < 8; ++y) {
             // Bit x + 1 for cell x; shifted left by one, the same bit stands for cell x - 1.
             const unsigned here = block.active_cells(y, z), below_y = block.active_cells(y - 1, z),
-                           below_z = block.active_cells(y, z - 1), below_both = block.active_cells(y - 1, z - 1);
-            const unsigned around[3] = {here | below_y | below_z | below_both, here | here << 1 | below_z | below_z << 1,
+                           below_z = block.active_cells(y, z - 1),
+                           below_both = block.active_cells(y - 1, z - 1);
+            const unsigned around[3] = {here | below_y | below_z | below_both,
+                                        here | here << 1 | below_z | below_z << 1,
                                         here | here << 1 | below_y | below_y << 1};
             const unsigned row = block.inside_row(y, z);
-            const unsigned cross[3] = {row ^ row >> 1, row ^ block.inside_row(y + 1, z), row ^ block.inside_row(y, z + 1)};
+            const unsigned cross[3] = {row ^ row >> 1, row ^ block.inside_row(y + 1, z),
+                                       row ^ block.inside_row(y, z + 1)};
             for (int axis = 0; axis < 3; ++axis)
-                groups[axis] |= static_cast<std::uint64_t>(around[axis] >> 1 & cross[axis] >> 1 & 0xff) << 8 * y;
+                groups[axis] |= static_cast<std::uint64_t>(around[axis] >> 1 & cross[axis] >> 1 & 0xff)
+                                << 8 * y;
         }
         for (int axis = 0; axis < 3; ++axis) edges[axis * 8 + z] = groups[axis];
     }
@@ -125,7 +129,8 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshO
             const ChunkMesh& owner = chunks_[block.neighbours().slot[Neighbourhood::place(ex, ey, ez)]];
             const int group = edge.axis * 8 + (ez & 7), bit = (ey & 7) * 8 + (ex & 7);
             const std::uint64_t before = owner.edges[group] & ((std::uint64_t{1} << bit) - 1);
-            id[e] = owner.first_vertex + owner.rank[group] + static_cast<std::uint32_t>(std::popcount(before));
+            id[e] =
+                owner.first_vertex + owner.rank[group] + static_cast<std::uint32_t>(std::popcount(before));
         }
         for (int t = 0; t < cell.count; ++t)
             for (int k = 0; k < 3; ++k) *triangle++ = id[cell.edge[t][k]];

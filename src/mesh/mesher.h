@@ -35,8 +35,8 @@ class Mesher {
     void extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) const;
 
   private:
-    // An edge belongs to the chunk of its low voxel. Those that carry a vertex are bits: group = axis * 8 + z, bit
-    // 8 * y + x. 264 bytes a chunk.
+    // An edge belongs to the chunk of its low voxel. Those that carry a vertex are bits: group = axis * 8 +
+    // z, bit 8 * y + x. 264 bytes a chunk.
     struct ChunkMesh {
         std::uint64_t edges[24];
         std::uint16_t rank[24];  // vertices of this chunk before the group

@@ -6,7 +6,8 @@
 
 namespace burin::simd {
 
-// For each of `count` rows of 8 voxels, the first at sdf/weight + 8 * first, each next one 8 * step voxels on:
+// For each of `count` rows of 8 voxels, the first at sdf/weight + 8 * first, each next one 8 * step voxels
+// on:
 //   known[i] bit x = weight >= min_weight;  inside[i] bit x = sdf < 0.
 // count <= 64; min_weight >= 1.
 void classify_rows(const std::int16_t* sdf, const std::uint16_t* weight, int first, int step, int count,

@@ -91,14 +91,15 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
     return least;
 }
 
-int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
-                    std::int16_t* sdf, std::uint16_t* weight_sum) {
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
+                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
     int least = kFree;
     bool changed = false;
     for (int i = 0; i < kChunkVoxels; ++i) {
         if (weight_sum[i] == 0) continue;
         if (distances[i] == kFree && sdf[i] != kFree) {
-            average(distances[i], times * (weights ? weights[i] : kWeightOne), model, &sdf[i], &weight_sum[i]);
+            average(distances[i], times * (weights ? weights[i] : kWeightOne), model, &sdf[i],
+                    &weight_sum[i]);
             changed = true;
         }
         least = std::min(least, std::abs(static_cast<int>(sdf[i])));
@@ -158,8 +159,8 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
 }
-int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
-                    std::int16_t* sdf, std::uint16_t* weight_sum) {
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
+                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
 }
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,

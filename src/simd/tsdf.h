@@ -78,11 +78,11 @@ struct FuseModel {
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
                    std::int16_t* sdf, std::uint16_t* weight_sum);
 
-// Free space only: as fuse_distances over the voxels that are kFree, and of those only the ones with weight > 0 and
-// sdf < kFree; each reading counts `times` times. Returns the least |sdf| over all voxels with weight afterwards (kFree
-// when there is none), or -1 when nothing changed.
-int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
-                    std::int16_t* sdf, std::uint16_t* weight_sum);
+// Free space only: as fuse_distances over the voxels that are kFree, and of those only the ones with weight >
+// 0 and sdf < kFree; each reading counts `times` times. Returns the least |sdf| over all voxels with weight
+// afterwards (kFree when there is none), or -1 when nothing changed.
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
+                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum);
 
 struct ColourWindow {
     const std::uint8_t* rgb;  // interleaved
@@ -114,8 +114,8 @@ Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& of
                           const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights);
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
                    std::int16_t* sdf, std::uint16_t* weight_sum);
-int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
-                    std::int16_t* sdf, std::uint16_t* weight_sum);
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
+                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum);
 void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
 }  // namespace scalar

@@ -27,8 +27,8 @@ int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, c
                   std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
 }
-int CarveDistances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
-                   std::int16_t* sdf, std::uint16_t* weight_sum) {
+int CarveDistances(const std::int16_t* distances, const std::uint16_t* weights, int times,
+                   const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
 }
 void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
@@ -188,8 +188,9 @@ int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, c
     return with(Fuse<Drop::none, false>, Fuse<Drop::none, true>);
 }
 
-int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights, int times,
-                   const FuseModel& model, std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
+int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights,
+                   int times, const FuseModel& model, std::int16_t* HWY_RESTRICT sdf,
+                   std::uint16_t* HWY_RESTRICT weight_sum) {
     const DF df;
     const DI di;
     const D16 d16;
@@ -342,8 +343,8 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
     return BURIN_DISPATCH(FuseDistances)(distances, weights, model, sdf, weight_sum);
 }
 
-int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times, const FuseModel& model,
-                    std::int16_t* sdf, std::uint16_t* weight_sum) {
+int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
+                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
     if (scalar_selected()) return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
     return BURIN_DISPATCH(CarveDistances)(distances, weights, times, model, sdf, weight_sum);
 }

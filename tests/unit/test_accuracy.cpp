@@ -106,8 +106,8 @@ TEST_P(Accuracy, OfNoiseFreeFrames) {
             GetParam(), 1e3 * voxels[k], 1e3 * m->accuracy.mean_m, m->accuracy.mean_m / voxels[k],
             1e3 * m->accuracy.p99_m, 100 * m->scores[0].completeness_ratio, 100 * m->flipped_ratio);
         EXPECT_LE(m->accuracy.mean_m, 0.3 * voxels[k]);
-        // The promise is for 5 mm. Two coarse voxels are as thick as the small things on the desk, whose far sides then
-        // cancel the near ones.
+        // The promise is for 5 mm. Two coarse voxels are as thick as the small things on the desk, whose far
+        // sides then cancel the near ones.
         EXPECT_GE(m->scores[0].completeness_ratio, voxels[k] > 0.007 ? 0.98 : 0.99);
         EXPECT_LT(m->accuracy.mean_m, 0.75 * last_mean) << "the error does not fall with the voxel";
         last_mean = m->accuracy.mean_m;

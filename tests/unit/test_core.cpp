@@ -15,8 +15,9 @@ namespace burin {
 namespace {
 
 TEST(Se3, QuaternionAndMatrixAgree) {
-    for (const Quaternion q : {Quaternion{0, 0, 0, 1}, Quaternion{1, 0, 0, 0}, Quaternion{0, 1, 0, 0},
-                               Quaternion{0, 0, 1, 0}, Quaternion{0.5, -0.5, 0.5, -0.5}, Quaternion{0.1, 0.2, 0.3, 0.927}}) {
+    for (const Quaternion q :
+         {Quaternion{0, 0, 0, 1}, Quaternion{1, 0, 0, 0}, Quaternion{0, 1, 0, 0}, Quaternion{0, 0, 1, 0},
+          Quaternion{0.5, -0.5, 0.5, -0.5}, Quaternion{0.1, 0.2, 0.3, 0.927}}) {
         const auto T = se3_from_quaternion({1, 2, 3}, q);
         ASSERT_TRUE(T.ok()) << T.status().text();
         EXPECT_NEAR(T->R.determinant(), 1, 1e-12);
@@ -45,7 +46,8 @@ TEST(Se3, RefusesWhatIsNoRigidTransform) {
 
 TEST(Camera, UnprojectInvertsProjectAlsoWithDistortion) {
     Camera camera{640, 480, 517.3, 516.5, 318.6, 255.3};
-    camera.k1 = 0.2624, camera.k2 = -0.9531, camera.p1 = -0.0054, camera.p2 = 0.0026, camera.k3 = 1.1633;  // TUM fr1
+    camera.k1 = 0.2624, camera.k2 = -0.9531, camera.p1 = -0.0054, camera.p2 = 0.0026,
+    camera.k3 = 1.1633;  // TUM fr1
     for (double v = 0; v < 480; v += 53)
         for (double u = 0; u < 640; u += 53) {
             const Pixel back = project(camera, unproject(camera, {u, v}) * 2.5);
@@ -80,8 +82,8 @@ TEST(Jobs, EveryItemOnceOnAnyNumberOfThreads) {
     }
 }
 
-// Over random signs on a 6x6x6 lattice the surface must be closed: every directed edge of every triangle has its
-// opposite exactly as often, and none is used more than once (no doubled faces, no cracks between cells).
+// Over random signs on a 6x6x6 lattice the surface must be closed: every directed edge of every triangle has
+// its opposite exactly as often, and none is used more than once (no doubled faces, no cracks between cells).
 TEST(MarchingCubesTable, SurfaceIsClosedAndManifold) {
     std::uint32_t random = 1;
     constexpr int n = 6;
@@ -107,7 +109,8 @@ TEST(MarchingCubesTable, SurfaceIsClosedAndManifold) {
                         return cell_id * 3 + kCubeEdges[static_cast<std::size_t>(e)].axis;
                     };
                     for (int t = 0; t < cell.count; ++t)
-                        for (int k = 0; k < 3; ++k) directed[{id(cell.edge[t][k]), id(cell.edge[t][(k + 1) % 3])}]++;
+                        for (int k = 0; k < 3; ++k)
+                            directed[{id(cell.edge[t][k]), id(cell.edge[t][(k + 1) % 3])}]++;
                 }
         for (const auto& [edge, uses] : directed) {
             EXPECT_EQ(uses, 1);
