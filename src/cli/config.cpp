@@ -12,7 +12,8 @@ void add_config(CLI::App& app, int* exit) {
     command->add_flag("--print", *print, "print every field with its value, unit and range")->required();
     command->add_flag("--json", *json, "as one JSON object");
     map->add_to(*command);
-    command->callback([=] {
+    // The parser writes through `print`, so it must live as long as the command.
+    command->callback([map, json, exit, keep = print] {
         if (const Status status = map->finish(); !status.ok()) {
             *exit = complain_input(status);
             return;
