@@ -76,11 +76,9 @@ FusionOptions options_of(const burin_config& c) {
         tau.truncation_m = std::max(tau.floor_m, (tau.a * z + tau.b) * z + tau.c);
     }
 
-    simd::FuseModel& fuse = o.integration.fuse;
-    fuse.drop = static_cast<simd::Drop>(c.drop);
-    fuse.drop_start = std::min(32766.0f, c.voxel_m / tau.truncation_m * 32767.0f);
-    fuse.drop_scale = 1.0f / (32767.0f - fuse.drop_start);
-    fuse.max_weight = static_cast<std::uint16_t>(c.max_weight * simd::kWeightOne);
+    o.integration.drop = static_cast<simd::Drop>(c.drop);
+    o.integration.drop_start_m = c.voxel_m;
+    o.integration.max_weight = static_cast<std::uint16_t>(c.max_weight * simd::kWeightOne);
     o.integration.carve = c.carve != 0;
 
     o.volume.colour = c.colour != 0;

@@ -28,29 +28,52 @@ struct Projector {
     double row[3][3];
     double offset[3];
 
-    Projector(const Camera& c, const Se3& T_camera_world) {
+    // Pixel coordinates grow by `shift`; all lengths are scaled by `scale`.
+    Projector(const Camera& c, const Se3& T_camera_world, double shift, double scale) {
+        const double cx = c.cx + shift, cy = c.cy + shift;
         const Mat3d& R = T_camera_world.R;
         const Vec3d& t = T_camera_world.t;
         for (int k = 0; k < 3; ++k) {
-            row[0][k] = c.fx * R(0, k) + c.cx * R(2, k);
-            row[1][k] = c.fy * R(1, k) + c.cy * R(2, k);
-            row[2][k] = R(2, k);
+            row[0][k] = scale * (c.fx * R(0, k) + cx * R(2, k));
+            row[1][k] = scale * (c.fy * R(1, k) + cy * R(2, k));
+            row[2][k] = scale * R(2, k);
         }
-        offset[0] = c.fx * t.x + c.cx * t.z;
-        offset[1] = c.fy * t.y + c.cy * t.z;
-        offset[2] = t.z;
+        offset[0] = scale * (c.fx * t.x + cx * t.z);
+        offset[1] = scale * (c.fy * t.y + cy * t.z);
+        offset[2] = scale * t.z;
     }
 
     double at(int k, Vec3d p) const {
         return row[k][0] * p.x + row[k][1] * p.y + row[k][2] * p.z + offset[k];
     }
 
+    // Of a point relative to voxel 0, in voxels.
+    float step(int k, double voxel_m, double x, double y, double z) const {
+        return static_cast<float>(row[k][0] * (x * voxel_m) + row[k][1] * (y * voxel_m) +
+                                  row[k][2] * (z * voxel_m));
+    }
     void fill(simd::ProjectiveOffsets* table, double voxel_m) const {
+        const auto set = [&](float* u, float* v, float* z_out, double x, double y, double z) {
+            *u = step(0, voxel_m, x, y, z);
+            *v = step(1, voxel_m, x, y, z);
+            *z_out = step(2, voxel_m, x, y, z);
+        };
         for (int i = 0; i < kChunkVoxels; ++i) {
-            const double x = voxel_m * (i & 7), y = voxel_m * (i >> 3 & 7), z = voxel_m * (i >> 6);
-            table->u[i] = static_cast<float>(row[0][0] * x + row[0][1] * y + row[0][2] * z);
-            table->v[i] = static_cast<float>(row[1][0] * x + row[1][1] * y + row[1][2] * z);
-            table->z[i] = static_cast<float>(row[2][0] * x + row[2][1] * y + row[2][2] * z);
+            const int half = i >> 2 & 1, at = i >> 3 << 2 | (i & 3);
+            set(&table->u[half][at], &table->v[half][at], &table->z[half][at], i & 7, i >> 3 & 7, i >> 6);
+        }
+        for (int i = 0; i < 8; ++i)
+            set(&table->corner_u[i], &table->corner_v[i], &table->corner_z[i], 7 * (i & 1), 7 * (i >> 1 & 1),
+                7 * (i >> 2));
+        for (int i = 0; i < 32; ++i)
+            set(&table->block_u[i], &table->block_v[i], &table->block_z[i], 4 * (i & 1) + 1.5,
+                4 * (i >> 1 & 1) + 1.5, i >> 2);
+    }
+    void fill(simd::ColourOffsets* table, double voxel_m) const {
+        for (int i = 0; i < kChunkVoxels; ++i) {
+            table->u[i] = step(0, voxel_m, i & 7, i >> 3 & 7, i >> 6);
+            table->v[i] = step(1, voxel_m, i & 7, i >> 3 & 7, i >> 6);
+            table->z[i] = step(2, voxel_m, i & 7, i >> 3 & 7, i >> 6);
         }
     }
 
@@ -69,7 +92,7 @@ struct Integrator::Job {
     const DepthStage& depth;
     Jobs& jobs;
     std::uint32_t frame_number;
-    simd::DepthWindow window;
+    const simd::DepthProjection& projection;
     Projector depth_projector;
     bool with_colour;
     simd::ColourWindow colour_window;
@@ -80,8 +103,8 @@ struct Integrator::Job {
 void Integrator::place(Arena& arena, const IntegrationOptions& options) {
     options_ = options;
     marker_.place(arena);
-    depth_offsets_ = arena.allocate<simd::ProjectiveOffsets>(1, 64);
-    colour_offsets_ = arena.allocate<simd::ProjectiveOffsets>(1, 64);
+    depth_projection_ = arena.allocate<simd::DepthProjection>(1, 64);
+    colour_offsets_ = arena.allocate<simd::ColourOffsets>(1, 64);
     keys_ = arena.allocate<ChunkKey>(kBatch, 64);
     slots_ = arena.allocate<std::uint32_t>(kBatch, 64);
     touched_ = arena.allocate<std::uint8_t>(kBatch, 64);
@@ -97,21 +120,33 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             depth,
             jobs,
             frame_number,
-            {image.pixels, image.weights, image.width, image.height, image.stride, image.unit_m},
-            Projector(image.camera, T_camera_world),
+            *depth_projection_,
+            // The image has a border of one pixel; distances are in stored units.
+            Projector(image.camera, T_camera_world, 1.0,
+                      static_cast<double>(options_.truncation.units_per_m())),
             with_colour,
             {frame.colour.data, frame.colour.width, frame.colour.height, frame.colour.stride, cc.distorted(),
              static_cast<float>(cc.fx), static_cast<float>(cc.fy), static_cast<float>(cc.cx),
              static_cast<float>(cc.cy), static_cast<float>(cc.k1), static_cast<float>(cc.k2),
              static_cast<float>(cc.p1), static_cast<float>(cc.p2), static_cast<float>(cc.k3)},
             {},
-            Projector(cc, frame.T_colour_depth * T_camera_world)};
+            Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0)};
     // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along the ray
     // covers slopes up to 60 degrees.
     job.colour_model.band = static_cast<std::int16_t>(
         std::min(32766.0f, 2.0f * volume.voxel_m() / options_.truncation.truncation_m * 32767.0f));
     job.colour_model.frame = frame_number;
-    job.depth_projector.fill(depth_offsets_, volume.voxel_m());
+    simd::DepthProjection& projection = *depth_projection_;
+    projection.pixels = image.pixels;
+    projection.weights = image.weights;
+    projection.width = image.width;
+    projection.height = image.height;
+    projection.stride = image.stride;
+    projection.unit_m = image.unit_m;
+    projection.truncation = options_.truncation;
+    projection.drop = options_.drop;
+    projection.drop_start_m = options_.drop_start_m;
+    job.depth_projector.fill(&projection.offsets, volume.voxel_m());
     if (with_colour) job.colour_projector.fill(colour_offsets_, volume.voxel_m());
 
     IntegrationCounts counts;
@@ -140,12 +175,10 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         touched_[i] = 0;
         if (slots_[i] != kNoChunk) return;
         alignas(64) std::int16_t distances[kChunkVoxels];
-        simd::DepthWindow unweighted = job.window;
-        unweighted.weights = nullptr;
-        touched_[i] =
-            simd::observe_chunk(unweighted, *depth_offsets_, job.depth_projector.base(keys_[i], voxel_m),
-                                options_.truncation, distances, nullptr)
-                .touched;
+        alignas(64) std::uint16_t weights[kChunkVoxels];
+        touched_[i] = simd::observe_chunk(job.projection, job.depth_projector.base(keys_[i], voxel_m),
+                                          distances, weights)
+                          .touched;
     });
     for (int i = 0; i < count; ++i) {
         if (!touched_[i]) continue;
@@ -158,14 +191,12 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         if (slot == kNoChunk) return;
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
-        std::uint16_t* w = job.window.weights ? weights : nullptr;
+        const std::uint16_t* w = job.projection.weighted() ? weights : nullptr;
         prefetch_for_write(&volume.geometry(slot), sizeof(ChunkGeometry));  // arrives while the depth is read
         const auto base = job.depth_projector.base(keys_[i], voxel_m);
-        if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w)
-                 .touched)
-            return;
+        if (!simd::observe_chunk(job.projection, base, distances, weights).touched) return;
         ChunkGeometry& chunk = volume.geometry(slot);
-        const int least = simd::fuse_distances(distances, w, options_.fuse, chunk.sdf, chunk.weight);
+        const int least = simd::fuse_distances(distances, w, options_.max_weight, chunk.sdf, chunk.weight);
         volume.least_distance(slot) =
             static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
         if (job.with_colour)
@@ -185,7 +216,8 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
     Volume& volume = job.volume;
     const DepthImage& image = job.depth.image;
     const double voxel_m = volume.voxel_m();
-    const float radius = static_cast<float>(kChunkSide * voxel_m * 0.8661);  // half the diagonal of a chunk
+    const float to_units = options_.truncation.units_per_m();  // all lengths below are in stored units
+    const float radius = static_cast<float>(kChunkSide * voxel_m * 0.8661) * to_units;  // half a chunk's diagonal
     const float half = static_cast<float>((kChunkSide - 1) * voxel_m / 2);
     const Projector& p = job.depth_projector;
     const float fx = static_cast<float>(image.camera.fx), fy = static_cast<float>(image.camera.fy);
@@ -212,7 +244,7 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
             } else {
                 // The chunk's sphere lies within these pixels: |x/z - X/Z| <= (radius + |X/Z| radius) /
                 // near_z.
-                const float u = (base.u + to_centre[0]) / z, v = (base.v + to_centre[1]) / z;
+                const float u = (base.u + to_centre[0]) / z - 1.0f, v = (base.v + to_centre[1]) / z - 1.0f;
                 const float du = radius * (fx + std::fabs(u - cx)) / near_z + 1.0f;
                 const float dv = radius * (fy + std::fabs(v - cy)) / near_z + 1.0f;
                 if (u + du < 0.0f || v + dv < 0.0f || u - du > static_cast<float>(image.width) ||
@@ -223,17 +255,15 @@ void Integrator::carve(Job& job, IntegrationCounts& counts) {
                     static_cast<int>(std::min(u + du, 1e6f)), static_cast<int>(std::min(v + dv, 1e6f)));
             }
             if (range.largest == 0 ||
-                static_cast<float>(range.largest) * image.unit_m - near_z < options_.truncation.truncation_m)
+                static_cast<float>(range.largest) * image.unit_m * to_units - near_z < 32767.0f)
                 continue;
             alignas(64) std::int16_t distances[kChunkVoxels];
             alignas(64) std::uint16_t weights[kChunkVoxels];
-            std::uint16_t* w = job.window.weights ? weights : nullptr;
-            if (!simd::observe_chunk(job.window, *depth_offsets_, base, options_.truncation, distances, w)
-                     .free)
-                continue;
+            const std::uint16_t* w = job.projection.weighted() ? weights : nullptr;
+            if (!simd::observe_chunk(job.projection, base, distances, weights).free) continue;
             ChunkGeometry& chunk = volume.geometry(slot);
             const int least =
-                simd::carve_distances(distances, w, kCarveEvery, options_.fuse, chunk.sdf, chunk.weight);
+                simd::carve_distances(distances, w, kCarveEvery, options_.max_weight, chunk.sdf, chunk.weight);
             if (least < 0) continue;
             volume.least_distance(slot) = static_cast<std::int16_t>(least);
             volume.flags(slot) |= kChunkDirty;

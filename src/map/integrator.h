@@ -16,7 +16,9 @@ namespace burin {
 
 struct IntegrationOptions {
     simd::TruncationModel truncation{};
-    simd::FuseModel fuse{};
+    simd::Drop drop = simd::Drop::none;
+    float drop_start_m = 0;        // behind the surface by less than this the weight is full
+    std::uint16_t max_weight = 0;  // of a voxel, in units of 1/64 observation, at most 64000
     bool carve = true;
 };
 
@@ -46,8 +48,8 @@ class Integrator {
 
     IntegrationOptions options_;
     BandMarker marker_;
-    simd::ProjectiveOffsets* depth_offsets_ = nullptr;
-    simd::ProjectiveOffsets* colour_offsets_ = nullptr;
+    simd::DepthProjection* depth_projection_ = nullptr;
+    simd::ColourOffsets* colour_offsets_ = nullptr;
     ChunkKey* keys_ = nullptr;         // kBatch
     std::uint32_t* slots_ = nullptr;   // kBatch
     std::uint8_t* touched_ = nullptr;  // kBatch

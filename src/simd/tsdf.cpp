@@ -12,13 +12,12 @@ namespace {
 
 constexpr float kScale = 32767.0f;
 
-// Weight factor behind the surface, in 1/256, for `behind` = -distance in stored units (0..32767).
-// Arithmetic only, no libm: the same bits everywhere. exp(-y) ~ (1 - y/16)^16, within 0.02 of it for y in
-// 0..5.
-inline int drop_factor(const FuseModel& model, float behind) {
-    if (behind <= model.drop_start) return 256;
-    const float x = (behind - model.drop_start) * model.drop_scale;
-    if (model.drop == Drop::linear) return round_to_int(256.0f * (1.0f - x));
+// Weight factor behind the surface, in 1/256, for `behind` = -s > start, at truncation tau > start; all in stored
+// units. Arithmetic only, no libm: the same bits everywhere. exp(-y) ~ (1 - y/16)^16, within 0.02 of it for y
+// in 0..5.
+inline int drop_factor(Drop drop, float behind, float start, float tau) {
+    const float x = (behind - start) * (1.0f / (tau - start));
+    if (drop == Drop::linear) return round_to_int(256.0f * (1.0f - x));
     float y = 1.0f - 5.0f / 16.0f * x * x;  // 5: the weight at the truncation distance is below 1 %
     y = y * y;
     y = y * y;
@@ -26,79 +25,79 @@ inline int drop_factor(const FuseModel& model, float behind) {
     return round_to_int(256.0f * (y * y));
 }
 
-inline int observation_weight(std::int16_t distance, const std::uint16_t* weights, int i,
-                              const FuseModel& model) {
-    int w = weights ? weights[i] : kWeightOne;
-    if (model.drop != Drop::none && distance < 0)
-        w = w * drop_factor(model, -static_cast<float>(distance)) >> 8;
-    return w;
-}
-
-inline void average(std::int16_t distance, int w, const FuseModel& model, std::int16_t* sdf,
+// limit: of a step.
+inline void average(int distance, int w, int max_weight, float limit, std::int16_t* sdf,
                     std::uint16_t* sum) {
-    const int before = *sum;
-    const float step =
-        static_cast<float>(w) * static_cast<float>(distance - *sdf) / static_cast<float>(before + w);
-    *sdf = static_cast<std::int16_t>(*sdf + round_to_int(step));
-    *sum = static_cast<std::uint16_t>(std::min<int>(before + w, model.max_weight));
+    const int total = *sum + w;
+    const float step = static_cast<float>(w * (distance - *sdf)) / static_cast<float>(total);
+    *sdf = static_cast<std::int16_t>(*sdf + round_to_int(std::min(std::max(step, -limit), limit)));
+    *sum = static_cast<std::uint16_t>(std::min(total, max_weight));
 }
 
 }  // namespace
 
+float TruncationModel::at(float depth_m) const {
+    return quadratic ? std::max(floor_m, (a * depth_m + b) * depth_m + c) : truncation_m;
+}
+
 namespace scalar {
 
-Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                          const TruncationModel& truncation, std::int16_t* distances,
+Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
                           std::uint16_t* weights) {
-    const float u_max = static_cast<float>(window.width) + 1.0f,
-                v_max = static_cast<float>(window.height) + 1.0f;
-    const float to_units = kScale / truncation.truncation_m;
+    const float u_max = static_cast<float>(frame.width) + 1.0f, v_max = static_cast<float>(frame.height) + 1.0f;
+    const float to_units = frame.truncation.units_per_m();
+    const float unit = frame.unit_m * to_units, least_z = kLeastZ * to_units,
+                start = frame.drop_start_m * to_units;
     Observation seen{false, false};
     for (int i = 0; i < kChunkVoxels; ++i) {
-        const float z = base.z + offsets.z[i];
-        const float inverse_z = 1.0f / std::max(z, kLeastZ);
-        // Nearest pixel in the bordered image: + 1 for the border, + 0.5 for rounding by truncation.
-        const float u = std::min(std::max((base.u + offsets.u[i]) * inverse_z + 1.5f, 0.0f), u_max);
-        const float v = std::min(std::max((base.v + offsets.v[i]) * inverse_z + 1.5f, 0.0f), v_max);
-        const int pixel = static_cast<int>(v) * window.stride + static_cast<int>(u);
-        const std::uint16_t raw = window.pixels[pixel];
-        const float depth_m = static_cast<float>(raw) * window.unit_m;
-        float tau = truncation.truncation_m;
-        if (truncation.quadratic)
-            tau = std::max(truncation.floor_m,
-                           (truncation.a * depth_m + truncation.b) * depth_m + truncation.c);
-        const float s = depth_m - z;
-        const bool hit = raw != 0 && s > -tau && z > kLeastZ;
-        const int distance = hit ? round_to_int(std::min(s * to_units, kScale)) : kUnseen;
-        distances[i] = static_cast<std::int16_t>(distance);
-        if (weights) weights[i] = window.weights[pixel];
-        seen.touched |= hit && distance != kFree && (!truncation.quadratic || s < tau);
+        const int half = i >> 2 & 1, at = i >> 3 << 2 | (i & 3);
+        const float z = base.z + frame.offsets.z[half][at];
+        const float inverse_z = 1.0f / std::max(z, least_z);
+        const float u = std::min(std::max((base.u + frame.offsets.u[half][at]) * inverse_z, 0.0f), u_max);
+        const float v = std::min(std::max((base.v + frame.offsets.v[half][at]) * inverse_z, 0.0f), v_max);
+        const int pixel = round_to_int(v) * frame.stride + round_to_int(u);
+        const std::uint16_t raw = frame.pixels[pixel];
+        const float s = static_cast<float>(raw) * unit - z;
+        const float tau =
+            frame.truncation.quadratic
+                ? frame.truncation.at(static_cast<float>(raw) * frame.unit_m) * to_units
+                : kScale;
+        int distance = round_to_int(std::min(std::max(s, -32768.0f), kScale));
+        if (raw == 0 || !(z > least_z) || (frame.truncation.quadratic && !(s > -tau))) distance = kUnseen;
+        seen.touched |=
+            distance != kUnseen && distance != kFree && (!frame.truncation.quadratic || s < tau);
         seen.free |= distance == kFree;
+        distances[i] = static_cast<std::int16_t>(distance);
+        if (!frame.weighted()) continue;
+        int w = frame.weights ? frame.weights[pixel] : kWeightOne;
+        if (frame.drop != Drop::none && distance != kUnseen && -s > start)
+            w = w * drop_factor(frame.drop, -s, start, tau) >> 8;
+        weights[i] = static_cast<std::uint16_t>(w);
+        if (w == 0) distances[i] = kUnseen;
     }
     return seen;
 }
 
-int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
     int least = kFree;
     for (int i = 0; i < kChunkVoxels; ++i) {
         if (distances[i] == kUnseen) continue;
-        const int w = observation_weight(distances[i], weights, i, model);
-        if (w == 0) continue;
-        average(distances[i], w, model, &sdf[i], &weight_sum[i]);
+        average(distances[i], weights ? weights[i] : kWeightOne, max_weight, weights ? 65535.0f : kScale,
+                &sdf[i], &weight_sum[i]);
         least = std::min(least, std::abs(static_cast<int>(sdf[i])));
     }
     return least;
 }
 
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
-                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
+                    std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
     int least = kFree;
     bool changed = false;
     for (int i = 0; i < kChunkVoxels; ++i) {
         if (weight_sum[i] == 0) continue;
         if (distances[i] == kFree && sdf[i] != kFree) {
-            average(distances[i], times * (weights ? weights[i] : kWeightOne), model, &sdf[i],
+            average(distances[i], times * (weights ? weights[i] : kWeightOne), max_weight, 65535.0f, &sdf[i],
                     &weight_sum[i]);
             changed = true;
         }
@@ -107,7 +106,7 @@ int carve_distances(const std::int16_t* distances, const std::uint16_t* weights,
     return changed ? least : -1;
 }
 
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     const std::int32_t last =
         static_cast<std::int32_t>((window.height - 1) * window.stride + 3 * window.width - 4);
@@ -150,20 +149,19 @@ void fuse_colours(const std::int16_t* distances, const ColourWindow& window, con
 }  // namespace scalar
 
 #if defined(BURIN_SCALAR_ONLY)
-Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                          const TruncationModel& truncation, std::int16_t* distances,
+Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
                           std::uint16_t* weights) {
-    return scalar::observe_chunk(window, offsets, base, truncation, distances, weights);
+    return scalar::observe_chunk(frame, base, distances, weights);
 }
-int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
-    return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
+    return scalar::fuse_distances(distances, weights, max_weight, sdf, weight_sum);
 }
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
-                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
-    return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
+                    std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
+    return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
 }
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     scalar::fuse_colours(distances, window, offsets, base, model, colours);
 }

@@ -17,24 +17,20 @@ inline constexpr std::int16_t kFree = 32767;     // in front of the surface by t
 // still has one unit at 8 m, and 1000 observations fit the 16 bits.
 inline constexpr int kWeightOne = 64;
 
-// Depth as `prepare_depth` leaves it: a border of one pixel of zeros around the image, so that a projection
-// clipped to the border reads "no depth".
-struct DepthWindow {
-    const std::uint16_t*
-        pixels;  // (height + 2) rows of `stride`, image pixel (x, y) at (y + 1) * stride + x + 1
-    const std::uint16_t*
-        weights;  // same layout, in units of 1/kWeightOne; null: every reading weighs kWeightOne
-    int width, height, stride;
-    float unit_m;
-};
-
-// Voxel centres in projective coordinates U = fx X + cx Z, V = fy Y + cy Z (pixels times metres) and Z
-// (metres). The projection of a sum is the sum of projections, so a voxel costs three additions: base +
-// offset.
+// Voxel centres in projective coordinates: U = (fx X + (cx + 1) Z) k and V likewise (pixels of the bordered
+// image times length), Z k (length), with lengths in stored units, k = 32767 / truncation. The projection of
+// a sum is the sum of projections, so a voxel costs three additions: base + offset.
+// Voxel (x, y, z) is at [x >> 2][4 * (y + 8 z) + (x & 3)]: with this order, narrowing a vector of left halves
+// of rows and one of right halves to 16 bits leaves whole rows, whatever the width of a vector.
+inline constexpr int kHalf = kChunkVoxels / 2;
 struct ProjectiveOffsets {
-    alignas(64) float u[kChunkVoxels];
-    alignas(64) float v[kChunkVoxels];
-    alignas(64) float z[kChunkVoxels];
+    alignas(64) float u[2][kHalf];
+    alignas(64) float v[2][kHalf];
+    alignas(64) float z[2][kHalf];
+    // The eight voxels in the corners, and the middles of the 32 blocks of 4x4x1 voxels (index 8 z + 4 (y >> 2)
+    // ... in the order of the tables above: 2 * (half-slice y + 8 z) / 4 + half).
+    alignas(64) float corner_u[8], corner_v[8], corner_z[8];
+    alignas(64) float block_u[32], block_v[32], block_z[32];
 };
 struct ProjectiveBase {
     float u, v, z;  // of voxel 0
@@ -45,44 +41,57 @@ struct TruncationModel {
         truncation_m;  // constant model: the truncation; quadratic model: its largest value, the stored scale
     bool quadratic;    // tau(z) = max(floor_m, a z^2 + b z + c): Chisel 2015, eq. of its noise model
     float a, b, c, floor_m;
+    float units_per_m() const { return 32767.0f / truncation_m; }
+    float at(float depth_m) const;  // tau, metres
 };
 
-// distances[i] = s = (depth at the nearest pixel - z of voxel i) in units of truncation_m / 32767, rounded to
-// nearest,
-//   kFree from truncation_m on, kUnseen when there is no reading, s <= -tau(depth), or z <= kLeastZ.
-// weights[i] = weight of that pixel (only when window.weights is not null).
-// touched: some voxel lies in the band: neither kUnseen nor kFree, and with the quadratic model s <
-// tau(depth). free: some voxel is kFree.
+// The weight behind the surface (Bylow 2013): full down to `start_m` behind it, then falling to 0 at -tau.
+enum class Drop { none, linear, exponential };
+
+// What all chunks of a frame share. Depth has a border of one pixel of zeros around the image, so that a
+// projection clipped to the border reads "no depth".
+struct DepthProjection {
+    const std::uint16_t*
+        pixels;  // (height + 2) rows of `stride`, image pixel (x, y) at (y + 1) * stride + x + 1
+    const std::uint16_t*
+        weights;  // same layout, in units of 1/kWeightOne; null: every reading weighs kWeightOne
+    int width, height, stride;
+    float unit_m;
+    TruncationModel truncation;
+    Drop drop;
+    float drop_start_m;
+    ProjectiveOffsets offsets;
+
+    bool weighted() const { return weights != nullptr || drop != Drop::none; }
+};
+
+// distances[i] = s = (depth at the nearest pixel - z of voxel i) in stored units, rounded to nearest; kFree
+//   from 32767 on; kUnseen when there is no reading, s <= -tau(depth) (from -32768 on), or z <= kLeastZ.
+// weights[i], written when frame.weighted(): the pixel's weight times the drop; kUnseen where that is 0.
+// touched: some voxel lies in the band: neither kUnseen (before the drop) nor kFree, and with the quadratic
+//   model s < tau(depth). free: some voxel is kFree. When nothing is touched and nothing is free, the arrays
+//   may be left unwritten.
 struct Observation {
     bool touched, free;
 };
 inline constexpr float kLeastZ =
     1e-3f;  // metres; keeps 1 / z finite, a tenth of the nearest depth any config allows
-Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                          const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights);
-
-enum class Drop { none, linear, exponential };
-
-struct FuseModel {
-    Drop drop;
-    float drop_start;  // in stored units, > 0: behind the surface by less than this the weight is full
-    float drop_scale;  // 1 / (32767 - drop_start)
-    std::uint16_t max_weight;  // in units of 1/kWeightOne
-};
+Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+                          std::uint16_t* weights);
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
-//   w = weight * drop(distance);  sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(.. +
-//   w, max)
-// `weights` null: every observation weighs kWeightOne. Returns the least |sdf| over the voxels it changed,
-// kFree when it changed none.
-int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+//   sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(weight_sum + w, max_weight)
+// `weights` null: every observation weighs kWeightOne, and the step saturates at 16 bits (as it can't do where
+// every observation weighed as much). max_weight <= 64000. Returns the least |sdf| over the voxels it
+// changed, kFree when it changed none.
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum);
 
 // Free space only: as fuse_distances over the voxels that are kFree, and of those only the ones with weight >
 // 0 and sdf < kFree; each reading counts `times` times. Returns the least |sdf| over all voxels with weight
 // afterwards (kFree when there is none), or -1 when nothing changed.
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
-                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum);
+                    std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum);
 
 struct ColourWindow {
     const std::uint8_t* rgb;  // interleaved
@@ -91,6 +100,13 @@ struct ColourWindow {
     // Pixel = (fx x + cx, fy y + cy) of the distorted ray when any coefficient is not 0.
     bool distorted;
     float fx, fy, cx, cy, k1, k2, p1, p2, k3;
+};
+
+// As ProjectiveOffsets, in metres, for the colour camera's own cx and cy, voxel i at [i].
+struct ColourOffsets {
+    alignas(64) float u[kChunkVoxels];
+    alignas(64) float v[kChunkVoxels];
+    alignas(64) float z[kChunkVoxels];
 };
 
 struct ColourModel {
@@ -105,18 +121,18 @@ struct ColourModel {
 // read four bytes at a time.
 inline constexpr int kColourMemory =
     24;  // rounding noise grows, reading noise falls with it; about 1.7 levels of each
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
 
 // What the functions above specify, one lane at a time.
 namespace scalar {
-Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                          const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights);
-int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+                          std::uint16_t* weights);
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum);
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
-                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum);
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+                    std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum);
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
 }  // namespace scalar
 

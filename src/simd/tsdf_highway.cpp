@@ -13,138 +13,79 @@
 #include <hwy/highway.h>
 
 #include "simd/kernel.h"
+#include "simd/vector-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace burin::simd::HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 
-Observation ObserveChunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                         const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights) {
-    return scalar::observe_chunk(window, offsets, base, truncation, distances, weights);
-}
-int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                   std::int16_t* sdf, std::uint16_t* weight_sum) {
-    return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
+    return scalar::fuse_distances(distances, weights, max_weight, sdf, weight_sum);
 }
 int CarveDistances(const std::int16_t* distances, const std::uint16_t* weights, int times,
-                   const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
-    return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
+                   std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
+    return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
 }
-void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     scalar::fuse_colours(distances, window, offsets, base, model, colours);
 }
 
 #else
 
-namespace hn = hwy::HWY_NAMESPACE;
-// At most 16 lanes, so that wider machines (SVE) keep the small arrays below small too.
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using D16 = hn::Rebind<std::int16_t, DF>;
-using DU16 = hn::Rebind<std::uint16_t, DF>;
+#if BURIN_HAVE_PACK
 
-template <bool kQuadratic>
-Observation Observe(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                    const TruncationModel& truncation, std::int16_t* HWY_RESTRICT distances,
-                    std::uint16_t* weights) {
+// The common case, every observation weighing kWeightOne: sums and minima in 16 bits; 64 (distance - sdf) by one
+// multiply-add of interleaved pairs.
+int FuseConstant(const std::int16_t* HWY_RESTRICT distances, std::uint16_t max_weight,
+                 std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
     const DF df;
     const DI di;
-    const D16 d16;
-    const DU16 du16;
-    const int lanes = static_cast<int>(hn::Lanes(df));
-    alignas(64) std::int32_t pixel[kChunkVoxels];
-    alignas(64) std::uint16_t raw[kChunkVoxels];
-
-    const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), half = hn::Set(df, 1.5f),
-               least_z = hn::Set(df, kLeastZ);
-    const auto u_max = hn::Set(df, static_cast<float>(window.width) + 1.0f);
-    const auto v_max = hn::Set(df, static_cast<float>(window.height) + 1.0f);
-    const auto base_u = hn::Set(df, base.u), base_v = hn::Set(df, base.v), base_z = hn::Set(df, base.z);
-    const auto stride = hn::Set(di, window.stride);
+    const DFull16 d16;
+    const DFullU16 du16;
+    const int lanes = static_cast<int>(hn::Lanes(d16));
+    const auto unseen = hn::Set(d16, kUnseen), zero = hn::Zero(d16);
+    const auto one = hn::Set(du16, kWeightOne), most = hn::Set(du16, max_weight);
+    const auto pair = hn::BitCast(d16, hn::Set(di, (-kWeightOne) * 65536 + kWeightOne));  // (64, -64) a pair
+    auto least = hn::Set(du16, 32767);
     for (int i = 0; i < kChunkVoxels; i += lanes) {
-        const auto z = hn::Add(base_z, hn::Load(df, offsets.z + i));
-        const auto inverse_z = hn::Div(one, hn::Max(z, least_z));
-        const auto u = hn::Add(hn::Mul(hn::Add(base_u, hn::Load(df, offsets.u + i)), inverse_z), half);
-        const auto v = hn::Add(hn::Mul(hn::Add(base_v, hn::Load(df, offsets.v + i)), inverse_z), half);
-        const auto column = hn::ConvertTo(di, hn::Min(hn::Max(u, zero), u_max));
-        const auto row = hn::ConvertTo(di, hn::Min(hn::Max(v, zero), v_max));
-        hn::Store(hn::Add(hn::Mul(row, stride), column), di, pixel + i);
+        const auto d = hn::Load(d16, distances + i);
+        const auto hidden = hn::Eq(d, unseen);
+        if (hn::AllTrue(d16, hidden)) continue;
+        const auto before = hn::Load(d16, sdf + i);
+        const auto sum = hn::Load(du16, weight_sum + i);
+        const auto total = hn::Add(sum, one);
+        const auto step = [&](auto pairs, auto wide_total) {
+            const auto product = hn::ConvertTo(df, MultiplyAddPairs(pairs, pair));
+            return RoundInRange(hn::Div(product, hn::ConvertTo(df, hn::BitCast(di, wide_total))));
+        };
+        const auto left = step(hn::InterleaveLower(d16, d, before),
+                               hn::InterleaveLower(d16, hn::BitCast(d16, total), zero));
+        const auto right = step(hn::InterleaveUpper(d16, d, before),
+                                hn::InterleaveUpper(d16, hn::BitCast(d16, total), zero));
+        const auto after = hn::Add(before, hn::IfThenZeroElse(hidden, PackRows(left, right)));
+        hn::Store(after, d16, sdf + i);
+        hn::Store(hn::IfThenElse(hn::RebindMask(du16, hidden), sum, hn::Min(total, most)), du16, weight_sum + i);
+        const auto size = hn::BitCast(du16, hn::Abs(after));
+        least = hn::Min(least, hn::Or(size, hn::BitCast(du16, hn::VecFromMask(d16, hidden))));
     }
-    // Plain loads: faster than a hardware gather on Zen 3, as fast elsewhere.
-    for (int i = 0; i < kChunkVoxels; ++i) raw[i] = window.pixels[pixel[i]];
-    if (weights)
-        for (int i = 0; i < kChunkVoxels; ++i) weights[i] = window.weights[pixel[i]];
-
-    const auto unit = hn::Set(df, window.unit_m);
-    const auto truncation_m = hn::Set(df, truncation.truncation_m);
-    const auto to_units = hn::Set(df, 32767.0f / truncation.truncation_m);
-    const auto free_f = hn::Set(df, 32767.0f);
-    const auto free_i = hn::Set(di, kFree), unseen_i = hn::Set(di, kUnseen);
-    auto most = unseen_i;  // largest distance: kFree tells of free voxels
-    auto in_band = hn::MaskFromVec(hn::Zero(di));
-    for (int i = 0; i < kChunkVoxels; i += lanes) {
-        const auto z = hn::Add(base_z, hn::Load(df, offsets.z + i));
-        const auto reading = hn::PromoteTo(di, hn::Load(du16, raw + i));
-        const auto depth_m = hn::Mul(hn::ConvertTo(df, reading), unit);
-        auto tau = truncation_m;
-        if constexpr (kQuadratic) {
-            const auto a = hn::Set(df, truncation.a), b = hn::Set(df, truncation.b),
-                       c = hn::Set(df, truncation.c);
-            const auto noise = hn::Add(hn::Mul(hn::Add(hn::Mul(a, depth_m), b), depth_m), c);
-            tau = hn::Max(hn::Set(df, truncation.floor_m), noise);
-        }
-        const auto s = hn::Sub(depth_m, z);
-        const auto hit = hn::And(hn::And(hn::Ne(depth_m, zero), hn::Gt(s, hn::Neg(tau))), hn::Gt(z, least_z));
-        const auto rounded = hn::NearestInt(hn::Min(hn::Mul(s, to_units), free_f));
-        const auto distance = hn::IfThenElse(hn::RebindMask(di, hit), rounded, unseen_i);
-        hn::Store(hn::DemoteTo(d16, distance), d16, distances + i);
-        most = hn::Max(most, distance);
-        auto band = hn::And(hn::RebindMask(di, hit), hn::Ne(distance, free_i));
-        if constexpr (kQuadratic) band = hn::And(band, hn::RebindMask(di, hn::Lt(s, tau)));
-        in_band = hn::Or(in_band, band);
-    }
-    return {!hn::AllFalse(di, in_band), !hn::AllFalse(di, hn::Eq(most, free_i))};
+    return LeastLane(least);
 }
 
-Observation ObserveChunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                         const TruncationModel& truncation, std::int16_t* distances, std::uint16_t* weights) {
-    return truncation.quadratic ? Observe<true>(window, offsets, base, truncation, distances, weights)
-                                : Observe<false>(window, offsets, base, truncation, distances, weights);
-}
+#endif  // BURIN_HAVE_PACK
 
-// drop_factor of tsdf.cpp.
-template <Drop kDrop>
-HWY_INLINE hn::Vec<DI> DropFactor(hn::Vec<DF> behind, hn::Vec<DF> start, hn::Vec<DF> scale) {
-    const DF df;
-    const DI di;
-    const auto one = hn::Set(df, 1.0f), full = hn::Set(df, 256.0f);
-    const auto x = hn::Mul(hn::Sub(behind, start), scale);
-    auto y = hn::Sub(one, x);
-    if constexpr (kDrop == Drop::exponential) {
-        y = hn::Sub(one, hn::Mul(hn::Mul(hn::Set(df, 5.0f / 16.0f), x), x));
-        y = hn::Mul(y, y);
-        y = hn::Mul(y, y);
-        y = hn::Mul(y, y);
-        y = hn::Mul(y, y);
-    }
-    const auto factor = hn::NearestInt(hn::Mul(full, y));
-    return hn::IfThenElse(hn::RebindMask(di, hn::Le(behind, start)), hn::Set(di, 256), factor);
-}
-
-template <Drop kDrop, bool kWeighted>
+template <bool kWeighted>
 int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights,
-         const FuseModel& model, std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
+         std::uint16_t max_weight_sum, std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
     const DF df;
     const DI di;
     const D16 d16;
     const DU16 du16;
     const int lanes = static_cast<int>(hn::Lanes(df));
-    const auto start = hn::Set(df, model.drop_start), scale = hn::Set(df, model.drop_scale);
     const auto unseen = hn::Set(d16, kUnseen);
-    const auto max_weight = hn::Set(di, model.max_weight), zero = hn::Zero(di), free_i = hn::Set(di, kFree);
+    const auto max_weight = hn::Set(di, max_weight_sum), free_i = hn::Set(di, kFree);
     auto least = free_i;
     for (int i = 0; i < kChunkVoxels; i += lanes) {
         const auto d_16 = hn::Load(d16, distances + i);
@@ -152,17 +93,13 @@ int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RE
         const auto d = hn::PromoteTo(di, d_16);
         auto w = hn::Set(di, kWeightOne);
         if constexpr (kWeighted) w = hn::PromoteTo(di, hn::Load(du16, weights + i));
-        if constexpr (kDrop != Drop::none) {
-            const auto factor = DropFactor<kDrop>(hn::ConvertTo(df, hn::Neg(d)), start, scale);
-            w = hn::ShiftRight<8>(hn::Mul(w, factor));
-        }
-        const auto seen = hn::And(hn::Ne(d, hn::Set(di, kUnseen)), hn::Gt(w, zero));
+        const auto seen = hn::Ne(d, hn::Set(di, kUnseen));
         const auto before = hn::PromoteTo(di, hn::Load(d16, sdf + i));
         const auto sum = hn::PromoteTo(di, hn::Load(du16, weight_sum + i));
         const auto total = hn::Add(sum, w);
-        const auto step = hn::Div(hn::Mul(hn::ConvertTo(df, w), hn::ConvertTo(df, hn::Sub(d, before))),
-                                  hn::ConvertTo(df, total));
-        const auto after = hn::IfThenElse(seen, hn::Add(before, hn::NearestInt(step)), before);
+        const auto step =
+            hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(d, before))), hn::ConvertTo(df, total));
+        const auto after = hn::IfThenElse(seen, hn::Add(before, RoundInRange(step)), before);
         const auto sum_after = hn::IfThenElse(seen, hn::Min(total, max_weight), sum);
         hn::Store(hn::DemoteTo(d16, after), d16, sdf + i);
         hn::Store(hn::DemoteTo(du16, sum_after), du16, weight_sum + i);
@@ -171,32 +108,25 @@ int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RE
     return hn::GetLane(hn::MinOfLanes(di, least));
 }
 
-int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                   std::int16_t* sdf, std::uint16_t* weight_sum) {
-    const auto with = [&](auto fuse_plain, auto fuse_weighted) {
-        return weights ? fuse_weighted(distances, weights, model, sdf, weight_sum)
-                       : fuse_plain(distances, weights, model, sdf, weight_sum);
-    };
-    switch (model.drop) {
-        case Drop::linear:
-            return with(Fuse<Drop::linear, false>, Fuse<Drop::linear, true>);
-        case Drop::exponential:
-            return with(Fuse<Drop::exponential, false>, Fuse<Drop::exponential, true>);
-        case Drop::none:
-            break;
-    }
-    return with(Fuse<Drop::none, false>, Fuse<Drop::none, true>);
+    if (weights) return Fuse<true>(distances, weights, max_weight, sdf, weight_sum);
+#if BURIN_HAVE_PACK
+    return FuseConstant(distances, max_weight, sdf, weight_sum);
+#else
+    return Fuse<false>(distances, weights, max_weight, sdf, weight_sum);
+#endif
 }
 
 int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights,
-                   int times, const FuseModel& model, std::int16_t* HWY_RESTRICT sdf,
+                   int times, std::uint16_t max_weight, std::int16_t* HWY_RESTRICT sdf,
                    std::uint16_t* HWY_RESTRICT weight_sum) {
     const DF df;
     const DI di;
     const D16 d16;
     const DU16 du16;
     const int lanes = static_cast<int>(hn::Lanes(df));
-    const auto free_i = hn::Set(di, kFree), zero = hn::Zero(di), max_weight = hn::Set(di, model.max_weight);
+    const auto free_i = hn::Set(di, kFree), zero = hn::Zero(di), most = hn::Set(di, max_weight);
     auto least = free_i;
     bool changed = false;
     for (int i = 0; i < kChunkVoxels; i += lanes) {
@@ -212,10 +142,9 @@ int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16
             if (weights) w = hn::PromoteTo(di, hn::Load(du16, weights + i));
             w = hn::Mul(w, hn::Set(di, times));
             const auto total = hn::Add(sum, w);
-            const auto step = hn::Div(hn::Mul(hn::ConvertTo(df, w), hn::ConvertTo(df, hn::Sub(d, value))),
-                                      hn::ConvertTo(df, total));
+            const auto step = hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(d, value))), hn::ConvertTo(df, total));
             value = hn::IfThenElse(carved, hn::Add(value, hn::NearestInt(step)), value);
-            const auto sum_after = hn::IfThenElse(carved, hn::Min(total, max_weight), sum);
+            const auto sum_after = hn::IfThenElse(carved, hn::Min(total, most), sum);
             hn::Store(hn::DemoteTo(d16, value), d16, sdf + i);
             hn::Store(hn::DemoteTo(du16, sum_after), du16, weight_sum + i);
         }
@@ -240,7 +169,7 @@ HWY_INLINE hn::Vec<DI> GatherBytes(const std::uint8_t* base, hn::Vec<DI> offsets
 
 template <bool kDistorted>
 void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& window,
-             const ProjectiveOffsets& offsets, ProjectiveBase base, const ColourModel& model,
+             const ColourOffsets& offsets, ProjectiveBase base, const ColourModel& model,
              std::uint8_t* colours) {
     const DF df;
     const DI di;
@@ -310,7 +239,7 @@ void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& win
     }
 }
 
-void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     window.distorted ? Colours<true>(distances, window, offsets, base, model, colours)
                      : Colours<false>(distances, window, offsets, base, model, colours);
@@ -324,32 +253,23 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace burin::simd {
 
-HWY_EXPORT(ObserveChunk);
 HWY_EXPORT(FuseDistances);
 HWY_EXPORT(CarveDistances);
 HWY_EXPORT(FuseColours);
 
-Observation observe_chunk(const DepthWindow& window, const ProjectiveOffsets& offsets, ProjectiveBase base,
-                          const TruncationModel& truncation, std::int16_t* distances,
-                          std::uint16_t* weights) {
-    if (scalar_selected())
-        return scalar::observe_chunk(window, offsets, base, truncation, distances, weights);
-    return BURIN_DISPATCH(ObserveChunk)(window, offsets, base, truncation, distances, weights);
-}
-
-int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, const FuseModel& model,
+int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
-    if (scalar_selected()) return scalar::fuse_distances(distances, weights, model, sdf, weight_sum);
-    return BURIN_DISPATCH(FuseDistances)(distances, weights, model, sdf, weight_sum);
+    if (scalar_selected()) return scalar::fuse_distances(distances, weights, max_weight, sdf, weight_sum);
+    return BURIN_DISPATCH(FuseDistances)(distances, weights, max_weight, sdf, weight_sum);
 }
 
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
-                    const FuseModel& model, std::int16_t* sdf, std::uint16_t* weight_sum) {
-    if (scalar_selected()) return scalar::carve_distances(distances, weights, times, model, sdf, weight_sum);
-    return BURIN_DISPATCH(CarveDistances)(distances, weights, times, model, sdf, weight_sum);
+                    std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
+    if (scalar_selected()) return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
+    return BURIN_DISPATCH(CarveDistances)(distances, weights, times, max_weight, sdf, weight_sum);
 }
 
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ProjectiveOffsets& offsets,
+void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
                   ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
     if (scalar_selected()) return scalar::fuse_colours(distances, window, offsets, base, model, colours);
     BURIN_DISPATCH(FuseColours)(distances, window, offsets, base, model, colours);

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: MIT
+// observe_chunk of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in the
+// same order a lane, no fused multiply-add, no approximate reciprocal.
+//
+// Three ways to the same result. `Careful` follows the specification to the letter. Most chunks lie in the
+// image as a whole and farther away than the truncation; then no clamp and no test for missing depth is
+// needed, since a missing reading (0) fails the band test by itself: `Simple`. Where the processor looks up 64
+// entries in one instruction, and 4x4 voxels span at most 8x8 pixels, the pixels go through registers:
+// `Windowed`.
+#include <algorithm>
+#include <cstring>
+
+#include "simd/tsdf.h"
+
+#include "simd/kernel_targets.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/tsdf_observe_highway.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/kernel.h"
+#include "simd/vector-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace burin::simd::HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR
+
+Observation ObserveChunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+                         std::uint16_t* weights) {
+    return scalar::observe_chunk(frame, base, distances, weights);
+}
+
+#else
+
+// Projections of voxels in the tables' order: element i is (half, at) with half = i / lanes % 2.
+struct Projected {
+    hn::Vec<DF> u, v, z;
+};
+HWY_INLINE Projected Project(const ProjectiveOffsets& offsets, ProjectiveBase base, int half, int at) {
+    const DF df;
+    const auto z = hn::Add(hn::Set(df, base.z), hn::Load(df, offsets.z[half] + at));
+    const auto inverse_z = hn::Div(hn::Set(df, 1.0f), z);
+    return {hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, offsets.u[half] + at)), inverse_z),
+            hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, offsets.v[half] + at)), inverse_z), z};
+}
+
+// What the band test finds, over whole rows in 16 bits.
+#if BURIN_HAVE_PACK
+struct Found {
+    hn::Vec<DFull16> band, most;
+    HWY_INLINE Found() : band(hn::Set(DFull16(), -32768)), most(band) {}
+    HWY_INLINE void Add(hn::Vec<DFull16> d) {
+        // d + 1 wraps kFree to -32768 and takes kUnseen to -32767: only the band lies above.
+        band = hn::Max(band, hn::Add(d, hn::Set(DFull16(), 1)));
+        most = hn::Max(most, d);
+    }
+    HWY_INLINE void Add(hn::Vec<DI> left, hn::Vec<DI> right) { Add(PackRows(left, right)); }
+    HWY_INLINE Observation Get() const {
+        const DFull16 d;
+        return {!hn::AllFalse(d, hn::Gt(band, hn::Set(d, -32767))),
+                !hn::AllFalse(d, hn::Eq(most, hn::Set(d, kFree)))};
+    }
+};
+#else
+struct Found {
+    hn::Vec<DI> band, most;
+    HWY_INLINE Found() : band(hn::Set(DI(), -32768)), most(band) {}
+    HWY_INLINE void Add(hn::Vec<DI> d) {
+        band = hn::Max(band, hn::IfThenElse(hn::Gt(hn::Set(DI(), kFree), d), d, hn::Set(DI(), kUnseen)));
+        most = hn::Max(most, d);
+    }
+    HWY_INLINE void Add(hn::Vec<DI> left, hn::Vec<DI> right) {
+        const auto low = hn::Set(DI(), kUnseen), high = hn::Set(DI(), kFree);
+        Add(hn::Min(hn::Max(left, low), high));
+        Add(hn::Min(hn::Max(right, low), high));
+    }
+    HWY_INLINE Observation Get() const {
+        const DI d;
+        return {!hn::AllFalse(d, hn::Gt(band, hn::Set(d, kUnseen))),
+                !hn::AllFalse(d, hn::Eq(most, hn::Set(d, kFree)))};
+    }
+};
+#endif
+
+// Pixel indices of all voxels, in processing order, clipped to the border. kClip false: all lie in the image.
+template <bool kClip>
+HWY_INLINE void Pixels(const DepthProjection& frame, ProjectiveBase base, float least_z, std::int32_t* pixel) {
+    const DF df;
+    const DI di;
+    const int lanes = static_cast<int>(hn::Lanes(df));
+    const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f);
+    const auto u_max = hn::Set(df, static_cast<float>(frame.width) + 1.0f);
+    const auto v_max = hn::Set(df, static_cast<float>(frame.height) + 1.0f);
+    const auto stride = hn::Set(di, frame.stride);
+    const ProjectiveOffsets& o = frame.offsets;
+    for (int at = 0; at < kHalf; at += lanes)
+        for (int half = 0; half < 2; ++half) {
+            hn::Vec<DF> u, v;
+            if constexpr (kClip) {
+                const auto z = hn::Add(hn::Set(df, base.z), hn::Load(df, o.z[half] + at));
+                const auto inverse_z = hn::Div(one, hn::Max(z, hn::Set(df, least_z)));
+                u = hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, o.u[half] + at)), inverse_z);
+                v = hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, o.v[half] + at)), inverse_z);
+                u = hn::Min(hn::Max(u, zero), u_max);
+                v = hn::Min(hn::Max(v, zero), v_max);
+            } else {
+                const Projected p = Project(o, base, half, at);
+                u = p.u;
+                v = p.v;
+            }
+            hn::Store(hn::Add(hn::Mul(RoundInRange(v), stride), RoundInRange(u)), di, pixel);
+            pixel += lanes;
+        }
+}
+
+// drop_factor of tsdf.cpp.
+HWY_INLINE hn::Vec<DI> DropFactor(Drop drop, hn::Vec<DF> behind, hn::Vec<DF> start, hn::Vec<DF> tau) {
+    const DF df;
+    const auto one = hn::Set(df, 1.0f);
+    const auto x = hn::Mul(hn::Sub(behind, start), hn::Div(one, hn::Sub(tau, start)));
+    auto y = hn::Sub(one, x);
+    if (drop == Drop::exponential) {
+        y = hn::Sub(one, hn::Mul(hn::Mul(hn::Set(df, 5.0f / 16.0f), x), x));
+        y = hn::Mul(y, y);
+        y = hn::Mul(y, y);
+        y = hn::Mul(y, y);
+        y = hn::Mul(y, y);
+    }
+    return RoundInRange(hn::Mul(hn::Set(df, 256.0f), y));
+}
+
+template <bool kQuadratic, bool kWeighted>
+Observation Careful(const DepthProjection& frame, ProjectiveBase base, std::int16_t* HWY_RESTRICT distances,
+                    std::uint16_t* HWY_RESTRICT weights) {
+    const DF df;
+    const DI di;
+    const DU16 du16;
+    const int lanes = static_cast<int>(hn::Lanes(df));
+    const float to_units = frame.truncation.units_per_m(), least_z = kLeastZ * to_units;
+    alignas(64) std::int32_t pixel[kChunkVoxels];
+    alignas(64) std::uint16_t raw[kChunkVoxels], pixel_weight[kWeighted ? kChunkVoxels : 16];
+    Pixels<true>(frame, base, least_z, pixel);
+    for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
+    if (kWeighted && frame.weights)
+        for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.weights, pixel + i, pixel_weight + i);
+
+    const auto zero = hn::Zero(df), unit = hn::Set(df, frame.unit_m * to_units), scale = hn::Set(df, 32767.0f),
+               lowest = hn::Set(df, -32768.0f), scale_m = hn::Set(df, to_units),
+               start = hn::Set(df, frame.drop_start_m * to_units);
+    const auto free_i = hn::Set(di, kFree), unseen = hn::Set(di, kUnseen);
+    Observation seen{false, false};
+    int i = 0;
+    for (int at = 0; at < kHalf; at += lanes) {
+        hn::Vec<DI> halves[2], weight_halves[2];
+        for (int half = 0; half < 2; ++half, i += lanes) {
+            const auto z = hn::Add(hn::Set(df, base.z), hn::Load(df, frame.offsets.z[half] + at));
+            const auto reading = hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(du16, raw + i)));
+            const auto s = hn::Sub(hn::Mul(reading, unit), z);
+            auto tau = scale;
+            if constexpr (kQuadratic) {
+                const TruncationModel& t = frame.truncation;
+                const auto depth_m = hn::Mul(reading, hn::Set(df, frame.unit_m));
+                const auto noise =
+                    hn::Add(hn::Mul(hn::Add(hn::Mul(hn::Set(df, t.a), depth_m), hn::Set(df, t.b)), depth_m),
+                            hn::Set(df, t.c));
+                tau = hn::Mul(hn::Max(hn::Set(df, t.floor_m), noise), scale_m);
+            }
+            auto hit = hn::And(hn::Ne(reading, zero), hn::Gt(z, hn::Set(df, least_z)));
+            if constexpr (kQuadratic) hit = hn::And(hit, hn::Gt(s, hn::Neg(tau)));
+            const auto rounded = RoundInRange(hn::Min(hn::Max(s, lowest), scale));
+            auto distance = hn::IfThenElse(hn::RebindMask(di, hit), rounded, unseen);
+            auto band = hn::And(hn::Ne(distance, unseen), hn::Ne(distance, free_i));
+            if constexpr (kQuadratic) band = hn::And(band, hn::RebindMask(di, hn::Lt(s, tau)));
+            seen.touched |= !hn::AllFalse(di, band);
+            seen.free |= !hn::AllFalse(di, hn::Eq(distance, free_i));
+            if constexpr (kWeighted) {
+                auto w = frame.weights ? hn::PromoteTo(di, hn::Load(du16, pixel_weight + i))
+                                       : hn::Set(di, kWeightOne);
+                if (frame.drop != Drop::none) {
+                    const auto behind = hn::Neg(s);
+                    const auto factor = DropFactor(frame.drop, behind, start, tau);
+                    const auto dropped = hn::ShiftRight<8>(hn::Mul(w, factor));
+                    const auto applies = hn::And(hn::Ne(distance, unseen), hn::RebindMask(di, hn::Gt(behind, start)));
+                    w = hn::IfThenElse(applies, dropped, w);
+                }
+                distance = hn::IfThenElse(hn::Eq(w, hn::Zero(di)), unseen, distance);
+                weight_halves[half] = w;
+            }
+            halves[half] = distance;
+        }
+        StoreRows(halves[0], halves[1], distances + 2 * at);
+        if constexpr (kWeighted)  // below 2^15
+            StoreRows(weight_halves[0], weight_halves[1], reinterpret_cast<std::int16_t*>(weights) + 2 * at);
+    }
+    return seen;
+}
+
+// Distances, not yet narrowed, from readings and the voxels' own depths.
+HWY_INLINE hn::Vec<DI> Distance(hn::Vec<DI> reading, hn::Vec<DF> unit, hn::Vec<DF> z) {
+    return RoundInRange(hn::Sub(hn::Mul(hn::ConvertTo(DF(), reading), unit), z));
+}
+
+Observation Simple(const DepthProjection& frame, ProjectiveBase base, std::int16_t* HWY_RESTRICT distances) {
+    const DF df;
+    const DI di;
+    const DU16 du16;
+    const int lanes = static_cast<int>(hn::Lanes(df));
+    alignas(64) std::int32_t pixel[kChunkVoxels];
+    alignas(64) std::uint16_t raw[kChunkVoxels];
+    Pixels<false>(frame, base, 0, pixel);
+    for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
+    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), base_z = hn::Set(df, base.z);
+    Found found;
+    for (int at = 0; at < kHalf; at += lanes) {
+        hn::Vec<DI> halves[2];
+        for (int half = 0; half < 2; ++half) {
+            const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.z[half] + at));
+            halves[half] =
+                Distance(hn::PromoteTo(di, hn::Load(du16, raw + 2 * at + half * lanes)), unit, z);
+        }
+        found.Add(halves[0], halves[1]);
+        StoreRows(halves[0], halves[1], distances + 2 * at);
+    }
+    return found.Get();
+}
+
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+
+// 8x8 pixels from `from` on as a table of 64.
+struct Window {
+    __m512i low, high;
+};
+HWY_INLINE Window LoadWindow(const std::uint16_t* from, std::ptrdiff_t stride) {
+    const auto rows = [&](const std::uint16_t* p) {
+        const auto two = [stride](const std::uint16_t* q) {
+            return _mm256_inserti128_si256(
+                _mm256_castsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(q))),
+                _mm_loadu_si128(reinterpret_cast<const __m128i*>(q + stride)), 1);
+        };
+        return _mm512_inserti64x4(_mm512_castsi256_si512(two(p)), two(p + 2 * stride), 1);
+    };
+    return {rows(from), rows(from + 4 * stride)};
+}
+
+Observation Windowed(const DepthProjection& frame, ProjectiveBase base, std::int16_t* HWY_RESTRICT distances) {
+    const DF df;
+    const DI di;
+    constexpr int kLanes = 16;
+    // The window of each block of 4x4x1 voxels: 8x8 pixels around the projection of its middle, in the image.
+    alignas(64) std::int32_t column[32], row[32], corner[32];
+    const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), middle = hn::Set(df, 3.5f);
+    const auto last_column = hn::Set(df, static_cast<float>(frame.width + 2 - 8)),
+               last_row = hn::Set(df, static_cast<float>(frame.height + 2 - 8));
+    const auto stride = hn::Set(di, frame.stride);
+    for (int i = 0; i < 32; i += kLanes) {
+        const auto inverse_z =
+            hn::Div(one, hn::Add(hn::Set(df, base.z), hn::Load(df, frame.offsets.block_z + i)));
+        const auto u = hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, frame.offsets.block_u + i)), inverse_z);
+        const auto v = hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, frame.offsets.block_v + i)), inverse_z);
+        const auto c = RoundInRange(hn::Min(hn::Max(hn::Sub(u, middle), zero), last_column));
+        const auto r = RoundInRange(hn::Min(hn::Max(hn::Sub(v, middle), zero), last_row));
+        hn::Store(c, di, column + i);
+        hn::Store(r, di, row + i);
+        hn::Store(hn::Add(hn::Mul(r, stride), c), di, corner + i);
+    }
+    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m());
+    const auto outside = hn::Set(di, ~7), low_word = hn::Set(di, 0xffff);
+    Found found;
+    for (int block = 0; block < 32; block += 2) {
+        hn::Vec<DI> halves[2];
+        auto stray = hn::Zero(di);
+        for (int half = 0; half < 2; ++half) {
+            const Projected p = Project(frame.offsets, base, half, block * 8);
+            const auto x = hn::Sub(RoundInRange(p.u), hn::Set(di, column[block + half]));
+            const auto y = hn::Sub(RoundInRange(p.v), hn::Set(di, row[block + half]));
+            stray = hn::Or(stray, hn::Or(x, y));
+            const auto index = hn::Or(hn::ShiftLeft<3>(y), x);
+            const Window window = LoadWindow(frame.pixels + corner[block + half], frame.stride);
+            const hn::Vec<DI> reading{_mm512_permutex2var_epi16(window.low, index.raw, window.high)};
+            halves[half] = Distance(hn::And(reading, low_word), unit, p.z);
+        }
+        if (HWY_UNLIKELY(!hn::AllFalse(di, hn::TestBit(stray, outside)))) {
+            // Seen too much from the side for 8x8 pixels: these 32 voxels one by one.
+            for (int half = 0; half < 2; ++half) {
+                const Projected p = Project(frame.offsets, base, half, block * 8);
+                alignas(64) std::int32_t pixel[kLanes];
+                alignas(64) std::uint16_t raw[kLanes];
+                hn::Store(hn::Add(hn::Mul(RoundInRange(p.v), stride), RoundInRange(p.u)), di, pixel);
+                for (int i = 0; i < kLanes; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
+                halves[half] = Distance(hn::PromoteTo(di, hn::Load(DU16(), raw)), unit, p.z);
+            }
+        }
+        found.Add(halves[0], halves[1]);
+        StoreRows(halves[0], halves[1], distances + block * 16);
+    }
+    return found.Get();
+}
+
+#endif
+
+Observation ObserveChunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+                         std::uint16_t* weights) {
+    const bool quadratic = frame.truncation.quadratic, weighted = frame.weighted();
+    if (weighted)
+        return quadratic ? Careful<true, true>(frame, base, distances, weights)
+                         : Careful<false, true>(frame, base, distances, weights);
+    if (quadratic) return Careful<true, false>(frame, base, distances, weights);
+
+    // Where do the corners of the chunk fall?
+    const hn::CappedTag<float, 8> d8;
+    const ProjectiveOffsets& o = frame.offsets;
+    auto least_z = hn::Set(d8, 1e30f), least_u = least_z, least_v = least_z;
+    auto most_u = hn::Set(d8, -1e30f), most_v = most_u;
+    for (std::size_t i = 0; i < 8; i += hn::Lanes(d8)) {
+        const auto z = hn::Add(hn::Set(d8, base.z), hn::Load(d8, o.corner_z + i));
+        const auto inverse_z = hn::Div(hn::Set(d8, 1.0f), z);
+        const auto u = hn::Mul(hn::Add(hn::Set(d8, base.u), hn::Load(d8, o.corner_u + i)), inverse_z);
+        const auto v = hn::Mul(hn::Add(hn::Set(d8, base.v), hn::Load(d8, o.corner_v + i)), inverse_z);
+        least_z = hn::Min(least_z, z);
+        least_u = hn::Min(least_u, u);
+        least_v = hn::Min(least_v, v);
+        most_u = hn::Max(most_u, u);
+        most_v = hn::Max(most_v, v);
+    }
+    // 32768 is where a missing reading still fails the band test; a little more for rounding.
+    const float near_z = hn::GetLane(hn::MinOfLanes(d8, least_z)), u0 = hn::GetLane(hn::MinOfLanes(d8, least_u)),
+                v0 = hn::GetLane(hn::MinOfLanes(d8, least_v)), u1 = hn::GetLane(hn::MaxOfLanes(d8, most_u)),
+                v1 = hn::GetLane(hn::MaxOfLanes(d8, most_v));
+    const bool simple = near_z > 32800.0f && u0 > 0 && v0 > 0 && u1 < static_cast<float>(frame.width) + 1.0f &&
+                        v1 < static_cast<float>(frame.height) + 1.0f;
+    if (!simple) return Careful<false, false>(frame, base, distances, weights);
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+    // A block spans 3/7 of the chunk along x and y: mostly at most seven pixels then.
+    if (u1 - u0 < 16 && v1 - v0 < 16 && frame.width > 8 && frame.height > 8)
+        return Windowed(frame, base, distances);
+#endif
+    return Simple(frame, base, distances);
+}
+
+#endif  // HWY_SCALAR
+
+}  // namespace burin::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace burin::simd {
+
+HWY_EXPORT(ObserveChunk);
+
+Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+                          std::uint16_t* weights) {
+    if (scalar_selected()) return scalar::observe_chunk(frame, base, distances, weights);
+    return BURIN_DISPATCH(ObserveChunk)(frame, base, distances, weights);
+}
+
+}  // namespace burin::simd
+#endif
