@@ -177,22 +177,25 @@ bool BandMarker::next_slab() {
     return true;
 }
 
-int BandMarker::collect(ChunkKey* keys, int capacity) {
-    const std::size_t row = static_cast<std::size_t>(slab_size_[0]) / 64;
-    const std::size_t words =
-        row * static_cast<std::size_t>(slab_size_[1]) * static_cast<std::size_t>(slab_size_[2]);
+int BandMarker::collect(std::int32_t* x, std::int32_t* y, std::int32_t* z, int capacity) {
+    const int row = slab_size_[0] / 64;
+    const std::size_t words = static_cast<std::size_t>(row) * static_cast<std::size_t>(slab_size_[1]) *
+                              static_cast<std::size_t>(slab_size_[2]);
     int count = 0;
     for (; cursor_ < words; ++cursor_) {
+        if (words_[cursor_] == 0) continue;
+        const std::size_t line = cursor_ / static_cast<std::size_t>(row);
+        const int low_x = static_cast<int>(cursor_ % static_cast<std::size_t>(row)) * 64,
+                  at_y = slab_low_[1] + static_cast<int>(line % static_cast<std::size_t>(slab_size_[1])),
+                  at_z = slab_low_[2] + static_cast<int>(line / static_cast<std::size_t>(slab_size_[1]));
         while (words_[cursor_] != 0) {
             if (count == capacity) return count;
-            const int bit = std::countr_zero(words_[cursor_]);
+            const int at_x = low_x + std::countr_zero(words_[cursor_]);
             words_[cursor_] &= words_[cursor_] - 1;
-            const std::size_t line = cursor_ / row;
-            const Vec3i chunk = {
-                origin_.x + static_cast<int>(cursor_ % row) * 64 + bit,
-                origin_.y + slab_low_[1] + static_cast<int>(line % static_cast<std::size_t>(slab_size_[1])),
-                origin_.z + slab_low_[2] + static_cast<int>(line / static_cast<std::size_t>(slab_size_[1]))};
-            if (chunk_in_range(chunk)) keys[count++] = pack_key(chunk);
+            if (!chunk_in_range({origin_.x + at_x, origin_.y + at_y, origin_.z + at_z})) continue;
+            x[count] = at_x;
+            y[count] = at_y;
+            z[count++] = at_z;
         }
     }
     return count;

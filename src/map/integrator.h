@@ -9,6 +9,7 @@
 #include "core/jobs.h"
 #include "depth/depth_image.h"
 #include "map/band_marker.h"
+#include "map/depth_ranges.h"
 #include "map/volume.h"
 #include "simd/tsdf.h"
 
@@ -28,7 +29,8 @@ struct IntegrationCounts {
 
 class Integrator {
   public:
-    void place(Arena& arena, const IntegrationOptions& options);
+    // max_width, max_height: of the largest depth image that will come.
+    void place(Arena& arena, const IntegrationOptions& options, int max_width, int max_height);
 
     // A chunk is touched if and only if the centre of at least one of its voxels lies in the band at its
     // nearest pixel; voxels in front of the band in touched chunks take +truncation. New chunks are inserted
@@ -39,20 +41,31 @@ class Integrator {
 
   private:
     struct Job;  // what all chunks of a frame share
+    struct Candidate {
+        simd::ProjectedChunk projected;
+        std::uint32_t slot;
+        ChunkKey key;
+    };
     void fuse_batch(Job& job, int count, IntegrationCounts& counts);
+    void choose(const Job& job, int first, int end);
+    bool fuse_chunk(const Job& job, const Candidate& candidate);
     void carve(Job& job, IntegrationCounts& counts);
+    std::uint32_t carve_slots(const Job& job, const std::uint32_t* slots, int count);
 
-    // Chunks taken through the four steps (find, test, insert, fuse) at a time: enough to keep threads busy,
-    // and 64 KiB.
-    static constexpr int kBatch = 4096;
+    // Candidates taken through the steps (choose, test, insert, fuse) at a time: enough to keep threads busy, and
+    // their table (80 KiB) stays in the second-level cache.
+    static constexpr int kBatch = 2048;
 
     IntegrationOptions options_;
     BandMarker marker_;
+    DepthRanges ranges_;
     simd::DepthProjection* depth_projection_ = nullptr;
     simd::ColourOffsets* colour_offsets_ = nullptr;
-    ChunkKey* keys_ = nullptr;         // kBatch
-    std::uint32_t* slots_ = nullptr;   // kBatch
-    std::uint8_t* touched_ = nullptr;  // kBatch
+    std::int32_t* xyz_[3] = {};          // kBatch chunks relative to the marker's origin
+    Candidate* candidates_ = nullptr;    // kBatch
+    std::uint16_t* chosen_ = nullptr;    // kBatch: candidates in reach, in order
+    std::uint16_t* missing_ = nullptr;   // kBatch: those of them that are not in the map
+    std::uint8_t* touched_ = nullptr;    // kBatch
 };
 
 }  // namespace burin

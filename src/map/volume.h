@@ -58,8 +58,10 @@ class Volume {
     std::uint8_t flags(std::uint32_t slot) const { return flags_[slot]; }
     // Number of the frame that last fused or carved the chunk.
     std::uint32_t& last_seen(std::uint32_t slot) { return last_seen_[slot]; }
+    std::uint32_t last_seen(std::uint32_t slot) const { return last_seen_[slot]; }
     // Not above the least |sdf| of its observed voxels: 32767 means nothing but free space.
     std::int16_t& least_distance(std::uint32_t slot) { return least_distance_[slot]; }
+    std::int16_t least_distance(std::uint32_t slot) const { return least_distance_[slot]; }
 
     // Slots in ascending key order, written to out[0..live()-1].
     void sorted_slots(std::uint32_t* out) const;

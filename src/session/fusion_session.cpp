@@ -42,7 +42,7 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
     options_ = options;
     volume_.place(arena, options.volume);
     depth_.place(arena, options.depth);
-    integrator_.place(arena, options.integration);
+    integrator_.place(arena, options.integration, options.depth.max_width, options.depth.max_height);
     mesher_.place(arena, options.volume.capacity);
     scratch_ = arena.allocate<std::uint32_t>(options.volume.capacity, 64);
 }

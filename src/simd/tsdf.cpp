@@ -42,7 +42,7 @@ float TruncationModel::at(float depth_m) const {
 
 namespace scalar {
 
-Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights) {
     const float u_max = static_cast<float>(frame.width) + 1.0f, v_max = static_cast<float>(frame.height) + 1.0f;
     const float to_units = frame.truncation.units_per_m();
@@ -51,10 +51,10 @@ Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std
     Observation seen{false, false};
     for (int i = 0; i < kChunkVoxels; ++i) {
         const int half = i >> 2 & 1, at = i >> 3 << 2 | (i & 3);
-        const float z = base.z + frame.offsets.z[half][at];
+        const float z = chunk.z + frame.offsets.z[half][at];
         const float inverse_z = 1.0f / std::max(z, least_z);
-        const float u = std::min(std::max((base.u + frame.offsets.u[half][at]) * inverse_z, 0.0f), u_max);
-        const float v = std::min(std::max((base.v + frame.offsets.v[half][at]) * inverse_z, 0.0f), v_max);
+        const float u = std::min(std::max((chunk.u + frame.offsets.u[half][at]) * inverse_z, 0.0f), u_max);
+        const float v = std::min(std::max((chunk.v + frame.offsets.v[half][at]) * inverse_z, 0.0f), v_max);
         const int pixel = round_to_int(v) * frame.stride + round_to_int(u);
         const std::uint16_t raw = frame.pixels[pixel];
         const float s = static_cast<float>(raw) * unit - z;
@@ -149,9 +149,9 @@ void fuse_colours(const std::int16_t* distances, const ColourWindow& window, con
 }  // namespace scalar
 
 #if defined(BURIN_SCALAR_ONLY)
-Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights) {
-    return scalar::observe_chunk(frame, base, distances, weights);
+    return scalar::observe_chunk(frame, chunk, distances, weights);
 }
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum) {

@@ -27,14 +27,25 @@ struct ProjectiveOffsets {
     alignas(64) float u[2][kHalf];
     alignas(64) float v[2][kHalf];
     alignas(64) float z[2][kHalf];
-    // The eight voxels in the corners, and the middles of the 32 blocks of 4x4x1 voxels (index 8 z + 4 (y >> 2)
-    // ... in the order of the tables above: 2 * (half-slice y + 8 z) / 4 + half).
-    alignas(64) float corner_u[8], corner_v[8], corner_z[8];
+    // Middles of the 32 blocks of 4x4x1 voxels: block (x >> 2) + 2 * (y >> 2) + 4 * z.
     alignas(64) float block_u[32], block_v[32], block_z[32];
+    // Middles of the 16 slabs of 8x4x1 voxels, (y >> 2) + 2 * z, and how far their voxels reach to either side.
+    alignas(64) float slab_z[16];
+    float slab_reach;
 };
 struct ProjectiveBase {
     float u, v, z;  // of voxel 0
 };
+
+// A chunk in the image. The hints below only save work; false and infinity are always right.
+struct ProjectedChunk {
+    float u, v, z;   // of voxel 0
+    float farthest;  // no reading where the chunk's voxels fall is farther, stored units
+    bool inside;     // all voxels fall into the image or onto its border, and lie farther than 32768 units
+    bool small;      // inside, and no voxel of a block of 4x4x1 falls farther than kSmallReach pixels (in u or in
+                     // v) from where the block's middle does
+};
+inline constexpr float kSmallReach = 3.45f;  // 8x8 pixels around the middle hold the block, rounding included
 
 struct TruncationModel {
     float
@@ -76,7 +87,7 @@ struct Observation {
 };
 inline constexpr float kLeastZ =
     1e-3f;  // metres; keeps 1 / z finite, a tenth of the nearest depth any config allows
-Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights);
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
@@ -126,7 +137,7 @@ void fuse_colours(const std::int16_t* distances, const ColourWindow& window, con
 
 // What the functions above specify, one lane at a time.
 namespace scalar {
-Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights);
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum);

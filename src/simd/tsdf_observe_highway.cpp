@@ -7,7 +7,7 @@
 // needed, since a missing reading (0) fails the band test by itself: `Simple`. Where the processor looks up 64
 // entries in one instruction, and 4x4 voxels span at most 8x8 pixels, the pixels go through registers:
 // `Windowed`.
-#include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "simd/tsdf.h"
@@ -27,9 +27,9 @@ namespace burin::simd::HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 
-Observation ObserveChunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                          std::uint16_t* weights) {
-    return scalar::observe_chunk(frame, base, distances, weights);
+    return scalar::observe_chunk(frame, chunk, distances, weights);
 }
 
 #else
@@ -38,12 +38,12 @@ Observation ObserveChunk(const DepthProjection& frame, ProjectiveBase base, std:
 struct Projected {
     hn::Vec<DF> u, v, z;
 };
-HWY_INLINE Projected Project(const ProjectiveOffsets& offsets, ProjectiveBase base, int half, int at) {
+HWY_INLINE Projected Project(const ProjectiveOffsets& offsets, const ProjectedChunk& chunk, int half, int at) {
     const DF df;
-    const auto z = hn::Add(hn::Set(df, base.z), hn::Load(df, offsets.z[half] + at));
+    const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, offsets.z[half] + at));
     const auto inverse_z = hn::Div(hn::Set(df, 1.0f), z);
-    return {hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, offsets.u[half] + at)), inverse_z),
-            hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, offsets.v[half] + at)), inverse_z), z};
+    return {hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, offsets.u[half] + at)), inverse_z),
+            hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, offsets.v[half] + at)), inverse_z), z};
 }
 
 // What the band test finds, over whole rows in 16 bits.
@@ -84,9 +84,9 @@ struct Found {
 };
 #endif
 
-// Pixel indices of all voxels, in processing order, clipped to the border. kClip false: all lie in the image.
-template <bool kClip>
-HWY_INLINE void Pixels(const DepthProjection& frame, ProjectiveBase base, float least_z, std::int32_t* pixel) {
+// Pixel indices of all voxels, in processing order, clipped to the border.
+HWY_INLINE void ClippedPixels(const DepthProjection& frame, const ProjectedChunk& chunk, float least_z,
+                              std::int32_t* pixel) {
     const DF df;
     const DI di;
     const int lanes = static_cast<int>(hn::Lanes(df));
@@ -97,20 +97,13 @@ HWY_INLINE void Pixels(const DepthProjection& frame, ProjectiveBase base, float 
     const ProjectiveOffsets& o = frame.offsets;
     for (int at = 0; at < kHalf; at += lanes)
         for (int half = 0; half < 2; ++half) {
-            hn::Vec<DF> u, v;
-            if constexpr (kClip) {
-                const auto z = hn::Add(hn::Set(df, base.z), hn::Load(df, o.z[half] + at));
-                const auto inverse_z = hn::Div(one, hn::Max(z, hn::Set(df, least_z)));
-                u = hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, o.u[half] + at)), inverse_z);
-                v = hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, o.v[half] + at)), inverse_z);
-                u = hn::Min(hn::Max(u, zero), u_max);
-                v = hn::Min(hn::Max(v, zero), v_max);
-            } else {
-                const Projected p = Project(o, base, half, at);
-                u = p.u;
-                v = p.v;
-            }
-            hn::Store(hn::Add(hn::Mul(RoundInRange(v), stride), RoundInRange(u)), di, pixel);
+            const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, o.z[half] + at));
+            const auto inverse_z = hn::Div(one, hn::Max(z, hn::Set(df, least_z)));
+            const auto u = hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, o.u[half] + at)), inverse_z);
+            const auto v = hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, o.v[half] + at)), inverse_z);
+            const auto column = RoundInRange(hn::Min(hn::Max(u, zero), u_max));
+            const auto row = RoundInRange(hn::Min(hn::Max(v, zero), v_max));
+            hn::Store(hn::Add(hn::Mul(row, stride), column), di, pixel);
             pixel += lanes;
         }
 }
@@ -132,7 +125,7 @@ HWY_INLINE hn::Vec<DI> DropFactor(Drop drop, hn::Vec<DF> behind, hn::Vec<DF> sta
 }
 
 template <bool kQuadratic, bool kWeighted>
-Observation Careful(const DepthProjection& frame, ProjectiveBase base, std::int16_t* HWY_RESTRICT distances,
+Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* HWY_RESTRICT distances,
                     std::uint16_t* HWY_RESTRICT weights) {
     const DF df;
     const DI di;
@@ -141,7 +134,7 @@ Observation Careful(const DepthProjection& frame, ProjectiveBase base, std::int1
     const float to_units = frame.truncation.units_per_m(), least_z = kLeastZ * to_units;
     alignas(64) std::int32_t pixel[kChunkVoxels];
     alignas(64) std::uint16_t raw[kChunkVoxels], pixel_weight[kWeighted ? kChunkVoxels : 16];
-    Pixels<true>(frame, base, least_z, pixel);
+    ClippedPixels(frame, chunk, least_z, pixel);
     for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
     if (kWeighted && frame.weights)
         for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.weights, pixel + i, pixel_weight + i);
@@ -155,7 +148,7 @@ Observation Careful(const DepthProjection& frame, ProjectiveBase base, std::int1
     for (int at = 0; at < kHalf; at += lanes) {
         hn::Vec<DI> halves[2], weight_halves[2];
         for (int half = 0; half < 2; ++half, i += lanes) {
-            const auto z = hn::Add(hn::Set(df, base.z), hn::Load(df, frame.offsets.z[half] + at));
+            const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.z[half] + at));
             const auto reading = hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(du16, raw + i)));
             const auto s = hn::Sub(hn::Mul(reading, unit), z);
             auto tau = scale;
@@ -202,27 +195,62 @@ HWY_INLINE hn::Vec<DI> Distance(hn::Vec<DI> reading, hn::Vec<DF> unit, hn::Vec<D
     return RoundInRange(hn::Sub(hn::Mul(hn::ConvertTo(DF(), reading), unit), z));
 }
 
-Observation Simple(const DepthProjection& frame, ProjectiveBase base, std::int16_t* HWY_RESTRICT distances) {
+// The slabs of 8x4x1 voxels that are not hidden as a whole behind the farthest reading, as bits; the others are
+// set to kUnseen.
+HWY_INLINE unsigned VisibleSlabs(const DepthProjection& frame, const ProjectedChunk& chunk,
+                                 std::int16_t* HWY_RESTRICT distances) {
+    const DF df;
+    // 32768 behind the farthest, and a little for rounding: 16 steps of single precision.
+    const float hidden_from = (chunk.farthest + 32768.0f) * 1.000001f + frame.offsets.slab_reach - chunk.z;
+    unsigned hidden = 0;
+    for (std::size_t i = 0; i < 16; i += hn::Lanes(df)) {
+        std::uint8_t bits[8] = {};
+        hn::StoreMaskBits(df, hn::Gt(hn::Load(df, frame.offsets.slab_z + i), hn::Set(df, hidden_from)), bits);
+        std::uint16_t word;
+        std::memcpy(&word, bits, 2);
+        hidden |= static_cast<unsigned>(word) << i;
+    }
+    const DFull16Part d16;
+    for (unsigned left = hidden & 0xffff; left != 0; left &= left - 1) {
+        std::int16_t* to = distances + 32 * std::countr_zero(left);
+        for (int i = 0; i < 32; i += static_cast<int>(hn::Lanes(d16))) hn::Store(hn::Set(d16, kUnseen), d16, to + i);
+    }
+    return ~hidden & 0xffff;
+}
+
+Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
+                   std::int16_t* HWY_RESTRICT distances) {
     const DF df;
     const DI di;
     const DU16 du16;
+    constexpr int kSlab = 16;  // voxels of a half of a slab
     const int lanes = static_cast<int>(hn::Lanes(df));
     alignas(64) std::int32_t pixel[kChunkVoxels];
     alignas(64) std::uint16_t raw[kChunkVoxels];
-    Pixels<false>(frame, base, 0, pixel);
-    for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
-    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), base_z = hn::Set(df, base.z);
+    const unsigned visible = VisibleSlabs(frame, chunk, distances);
+    const int count = std::popcount(visible);
+    const auto stride = hn::Set(di, frame.stride);
+    std::int32_t* next = pixel;
+    for (unsigned left = visible; left != 0; left &= left - 1)
+        for (int at = std::countr_zero(left) * kSlab, end = at + kSlab; at < end; at += lanes)
+            for (int half = 0; half < 2; ++half, next += lanes) {
+                const Projected p = Project(frame.offsets, chunk, half, at);
+                hn::Store(hn::Add(hn::Mul(RoundInRange(p.v), stride), RoundInRange(p.u)), di, next);
+            }
+    for (int i = 0; i < 2 * kSlab * count; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
+    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), base_z = hn::Set(df, chunk.z);
     Found found;
-    for (int at = 0; at < kHalf; at += lanes) {
-        hn::Vec<DI> halves[2];
-        for (int half = 0; half < 2; ++half) {
-            const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.z[half] + at));
-            halves[half] =
-                Distance(hn::PromoteTo(di, hn::Load(du16, raw + 2 * at + half * lanes)), unit, z);
+    const std::uint16_t* reading = raw;
+    for (unsigned left = visible; left != 0; left &= left - 1)
+        for (int at = std::countr_zero(left) * kSlab, end = at + kSlab; at < end; at += lanes) {
+            hn::Vec<DI> halves[2];
+            for (int half = 0; half < 2; ++half, reading += lanes) {
+                const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.z[half] + at));
+                halves[half] = Distance(hn::PromoteTo(di, hn::Load(du16, reading)), unit, z);
+            }
+            found.Add(halves[0], halves[1]);
+            StoreRows(halves[0], halves[1], distances + 2 * at);
         }
-        found.Add(halves[0], halves[1]);
-        StoreRows(halves[0], halves[1], distances + 2 * at);
-    }
     return found.Get();
 }
 
@@ -244,99 +272,68 @@ HWY_INLINE Window LoadWindow(const std::uint16_t* from, std::ptrdiff_t stride) {
     return {rows(from), rows(from + 4 * stride)};
 }
 
-Observation Windowed(const DepthProjection& frame, ProjectiveBase base, std::int16_t* HWY_RESTRICT distances) {
+Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
+                     std::int16_t* HWY_RESTRICT distances) {
     const DF df;
     const DI di;
     constexpr int kLanes = 16;
     // The window of each block of 4x4x1 voxels: 8x8 pixels around the projection of its middle, in the image.
-    alignas(64) std::int32_t column[32], row[32], corner[32];
+    alignas(64) std::int32_t corner[32], first[32];
     const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), middle = hn::Set(df, 3.5f);
+    const auto base_u = hn::Set(df, chunk.u), base_v = hn::Set(df, chunk.v), base_z = hn::Set(df, chunk.z);
     const auto last_column = hn::Set(df, static_cast<float>(frame.width + 2 - 8)),
                last_row = hn::Set(df, static_cast<float>(frame.height + 2 - 8));
     const auto stride = hn::Set(di, frame.stride);
     for (int i = 0; i < 32; i += kLanes) {
-        const auto inverse_z =
-            hn::Div(one, hn::Add(hn::Set(df, base.z), hn::Load(df, frame.offsets.block_z + i)));
-        const auto u = hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, frame.offsets.block_u + i)), inverse_z);
-        const auto v = hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, frame.offsets.block_v + i)), inverse_z);
-        const auto c = RoundInRange(hn::Min(hn::Max(hn::Sub(u, middle), zero), last_column));
-        const auto r = RoundInRange(hn::Min(hn::Max(hn::Sub(v, middle), zero), last_row));
-        hn::Store(c, di, column + i);
-        hn::Store(r, di, row + i);
-        hn::Store(hn::Add(hn::Mul(r, stride), c), di, corner + i);
+        const auto inverse_z = hn::Div(one, hn::Add(base_z, hn::Load(df, frame.offsets.block_z + i)));
+        const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, frame.offsets.block_u + i)), inverse_z);
+        const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, frame.offsets.block_v + i)), inverse_z);
+        const auto column = RoundInRange(hn::Min(hn::Max(hn::Sub(u, middle), zero), last_column));
+        const auto row = RoundInRange(hn::Min(hn::Max(hn::Sub(v, middle), zero), last_row));
+        hn::Store(hn::Add(hn::Mul(row, stride), column), di, corner + i);
+        hn::Store(hn::Add(hn::ShiftLeft<3>(row), column), di, first + i);
     }
     const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m());
-    const auto outside = hn::Set(di, ~7), low_word = hn::Set(di, 0xffff);
+    constexpr __mmask32 kEven = 0x55555555;
     Found found;
-    for (int block = 0; block < 32; block += 2) {
+    for (unsigned left = VisibleSlabs(frame, chunk, distances); left != 0; left &= left - 1) {
+        const int slab = std::countr_zero(left);
         hn::Vec<DI> halves[2];
-        auto stray = hn::Zero(di);
         for (int half = 0; half < 2; ++half) {
-            const Projected p = Project(frame.offsets, base, half, block * 8);
-            const auto x = hn::Sub(RoundInRange(p.u), hn::Set(di, column[block + half]));
-            const auto y = hn::Sub(RoundInRange(p.v), hn::Set(di, row[block + half]));
-            stray = hn::Or(stray, hn::Or(x, y));
-            const auto index = hn::Or(hn::ShiftLeft<3>(y), x);
-            const Window window = LoadWindow(frame.pixels + corner[block + half], frame.stride);
-            const hn::Vec<DI> reading{_mm512_permutex2var_epi16(window.low, index.raw, window.high)};
-            halves[half] = Distance(hn::And(reading, low_word), unit, p.z);
-        }
-        if (HWY_UNLIKELY(!hn::AllFalse(di, hn::TestBit(stray, outside)))) {
-            // Seen too much from the side for 8x8 pixels: these 32 voxels one by one.
-            for (int half = 0; half < 2; ++half) {
-                const Projected p = Project(frame.offsets, base, half, block * 8);
-                alignas(64) std::int32_t pixel[kLanes];
-                alignas(64) std::uint16_t raw[kLanes];
-                hn::Store(hn::Add(hn::Mul(RoundInRange(p.v), stride), RoundInRange(p.u)), di, pixel);
-                for (int i = 0; i < kLanes; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
-                halves[half] = Distance(hn::PromoteTo(di, hn::Load(DU16(), raw)), unit, p.z);
-            }
+            const int block = 2 * slab + half, at = 16 * slab;
+            const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.z[half] + at));
+            const auto inverse_z = hn::Div(one, z);
+            const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, frame.offsets.u[half] + at)), inverse_z);
+            const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, frame.offsets.v[half] + at)), inverse_z);
+            // Row and column in the window, 3 bits each; the look-up ignores higher ones.
+            const auto index = hn::Sub(hn::Add(hn::ShiftLeft<3>(RoundInRange(v)), RoundInRange(u)),
+                                       hn::Set(di, first[block]));
+            const Window window = LoadWindow(frame.pixels + corner[block], frame.stride);
+            const hn::Vec<DI> reading{
+                _mm512_maskz_permutex2var_epi16(kEven, window.low, index.raw, window.high)};
+            halves[half] = Distance(reading, unit, z);
         }
         found.Add(halves[0], halves[1]);
-        StoreRows(halves[0], halves[1], distances + block * 16);
+        StoreRows(halves[0], halves[1], distances + 32 * slab);
     }
     return found.Get();
 }
 
 #endif
 
-Observation ObserveChunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                          std::uint16_t* weights) {
     const bool quadratic = frame.truncation.quadratic, weighted = frame.weighted();
     if (weighted)
-        return quadratic ? Careful<true, true>(frame, base, distances, weights)
-                         : Careful<false, true>(frame, base, distances, weights);
-    if (quadratic) return Careful<true, false>(frame, base, distances, weights);
+        return quadratic ? Careful<true, true>(frame, chunk, distances, weights)
+                         : Careful<false, true>(frame, chunk, distances, weights);
+    if (quadratic) return Careful<true, false>(frame, chunk, distances, weights);
 
-    // Where do the corners of the chunk fall?
-    const hn::CappedTag<float, 8> d8;
-    const ProjectiveOffsets& o = frame.offsets;
-    auto least_z = hn::Set(d8, 1e30f), least_u = least_z, least_v = least_z;
-    auto most_u = hn::Set(d8, -1e30f), most_v = most_u;
-    for (std::size_t i = 0; i < 8; i += hn::Lanes(d8)) {
-        const auto z = hn::Add(hn::Set(d8, base.z), hn::Load(d8, o.corner_z + i));
-        const auto inverse_z = hn::Div(hn::Set(d8, 1.0f), z);
-        const auto u = hn::Mul(hn::Add(hn::Set(d8, base.u), hn::Load(d8, o.corner_u + i)), inverse_z);
-        const auto v = hn::Mul(hn::Add(hn::Set(d8, base.v), hn::Load(d8, o.corner_v + i)), inverse_z);
-        least_z = hn::Min(least_z, z);
-        least_u = hn::Min(least_u, u);
-        least_v = hn::Min(least_v, v);
-        most_u = hn::Max(most_u, u);
-        most_v = hn::Max(most_v, v);
-    }
-    // 32768 is where a missing reading still fails the band test; a little more for rounding.
-    const float near_z = hn::GetLane(hn::MinOfLanes(d8, least_z)), u0 = hn::GetLane(hn::MinOfLanes(d8, least_u)),
-                v0 = hn::GetLane(hn::MinOfLanes(d8, least_v)), u1 = hn::GetLane(hn::MaxOfLanes(d8, most_u)),
-                v1 = hn::GetLane(hn::MaxOfLanes(d8, most_v));
-    const bool simple = near_z > 32800.0f && u0 > 0 && v0 > 0 && u1 < static_cast<float>(frame.width) + 1.0f &&
-                        v1 < static_cast<float>(frame.height) + 1.0f;
-    if (!simple) return Careful<false, false>(frame, base, distances, weights);
+    if (!chunk.inside) return Careful<false, false>(frame, chunk, distances, weights);
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    // A block spans 3/7 of the chunk along x and y: mostly at most seven pixels then.
-    if (u1 - u0 < 16 && v1 - v0 < 16 && frame.width > 8 && frame.height > 8)
-        return Windowed(frame, base, distances);
+    if (chunk.small && frame.width > 8 && frame.height > 8) return Windowed(frame, chunk, distances);
 #endif
-    return Simple(frame, base, distances);
+    return Simple(frame, chunk, distances);
 }
 
 #endif  // HWY_SCALAR
@@ -349,10 +346,10 @@ namespace burin::simd {
 
 HWY_EXPORT(ObserveChunk);
 
-Observation observe_chunk(const DepthProjection& frame, ProjectiveBase base, std::int16_t* distances,
+Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights) {
-    if (scalar_selected()) return scalar::observe_chunk(frame, base, distances, weights);
-    return BURIN_DISPATCH(ObserveChunk)(frame, base, distances, weights);
+    if (scalar_selected()) return scalar::observe_chunk(frame, chunk, distances, weights);
+    return BURIN_DISPATCH(ObserveChunk)(frame, chunk, distances, weights);
 }
 
 }  // namespace burin::simd

@@ -74,8 +74,10 @@ HWY_INLINE int LeastLane(hn::Vec<DFullU16> v) {
 #endif
     return _mm_extract_epi16(_mm_minpos_epu16(quarter), 0);
 }
+using DFull16Part = DFull16;
 #else
 #define BURIN_HAVE_PACK 0
+using DFull16Part = D16;
 #endif
 
 // The same, stored to `to` (two vectors' worth of rows; aligned to their size).

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Inside of the integrator: what all chunks of a frame share, and where a chunk stands in the image.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "map/integrator.h"
+#include "map/projector.h"
+
+namespace burin {
+
+struct Integrator::Job {
+    Volume& volume;
+    Jobs& jobs;
+    const DepthImage& image;
+    const DepthRanges& ranges;
+    const simd::DepthProjection& projection;
+    std::uint32_t frame_number;
+    float units_per_raw;  // stored units a step of the depth image
+    Vec3i origin;         // chunk that chunk_projection counts from
+    simd::ChunkProjection chunk_projection;
+    bool with_colour;
+    simd::ColourWindow colour_window;
+    simd::ColourModel colour_model;
+    Projector colour_projector;
+};
+
+// A relative error of sums of four products in single precision is below 16 of its steps.
+inline constexpr float kRounding = 1e-6f;
+
+// A chunk of a projected batch in the image, and the range of depth where it falls (in stored units; most < 0
+// when there is no reading).
+struct ChunkReach {
+    simd::ProjectedChunk projected;
+    float least, most;
+
+    template <class Job>  // Integrator::Job
+    ChunkReach(const Job& job, const simd::ChunkBatch& batch, int i)
+        : projected{batch.base_u[i], batch.base_v[i], batch.base_z[i],
+                    std::numeric_limits<float>::infinity(), false, false} {
+        DepthRange range;
+        // Nearer than the truncation, pixels may mean nothing, and missing readings need a test of their own.
+        const bool far_enough = batch.least_z[i] > 32800.0f;
+        if (far_enough) {
+            const float u0 = batch.least_u[i], u1 = batch.most_u[i], v0 = batch.least_v[i], v1 = batch.most_v[i];
+            // Nearest pixels of the image without its border, half a pixel and a little for rounding around.
+            const auto pixel = [](float x) { return static_cast<int>(std::min(std::max(x, 0.0f), 1e6f)); };
+            range = job.ranges.over(pixel(u0 - 1.51f), pixel(v0 - 1.51f), pixel(u1 - 0.49f), pixel(v1 - 0.49f));
+            projected.inside = u0 > 0 && v0 > 0 && u1 < static_cast<float>(job.image.width) + 1.0f &&
+                               v1 < static_cast<float>(job.image.height) + 1.0f;
+            projected.small = projected.inside && batch.block_reach[i] < simd::kSmallReach;
+        } else {
+            range = job.ranges.all();
+        }
+        least = static_cast<float>(range.least) * job.units_per_raw;
+        most = range.largest == 0 ? -1.0f : static_cast<float>(range.largest) * job.units_per_raw;
+        if (far_enough) projected.farthest = most;
+    }
+};
+
+}  // namespace burin

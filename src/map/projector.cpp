@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "map/projector.h"
+
+#include <cmath>
+
+namespace burin {
+
+Projector::Projector(const Camera& c, const Se3& T_camera_world, double shift, double scale, double voxel_m) {
+    const double cx = c.cx + shift, cy = c.cy + shift;
+    const Mat3d& R = T_camera_world.R;
+    const Vec3d& t = T_camera_world.t;
+    const double voxel = scale * voxel_m;
+    for (int k = 0; k < 3; ++k) {
+        row_[0][k] = voxel * (c.fx * R(0, k) + cx * R(2, k));
+        row_[1][k] = voxel * (c.fy * R(1, k) + cy * R(2, k));
+        row_[2][k] = voxel * R(2, k);
+    }
+    offset_[0] = scale * (c.fx * t.x + cx * t.z);
+    offset_[1] = scale * (c.fy * t.y + cy * t.z);
+    offset_[2] = scale * t.z;
+}
+
+void Projector::fill(simd::ProjectiveOffsets* table) const {
+    for (int i = 0; i < kChunkVoxels; ++i) {
+        const int half = i >> 2 & 1, at = i >> 3 << 2 | (i & 3);
+        put(i & 7, i >> 3 & 7, i >> 6, &table->u[half][at], &table->v[half][at], &table->z[half][at]);
+    }
+    for (int i = 0; i < 32; ++i)
+        put(4 * (i & 1) + 1.5, 4 * (i >> 1 & 1) + 1.5, i >> 2, &table->block_u[i], &table->block_v[i],
+            &table->block_z[i]);
+    for (int i = 0; i < 16; ++i)
+        table->slab_z[i] = static_cast<float>(step(2, 3.5, 4 * (i & 1) + 1.5, i >> 1));
+    table->slab_reach = static_cast<float>(3.5 * std::fabs(row_[2][0]) + 1.5 * std::fabs(row_[2][1]));
+}
+
+void Projector::fill(simd::ColourOffsets* table) const {
+    for (int i = 0; i < kChunkVoxels; ++i)
+        put(i & 7, i >> 3 & 7, i >> 6, &table->u[i], &table->v[i], &table->z[i]);
+}
+
+void Projector::fill(simd::ChunkProjection* p, Vec3i origin) const {
+    for (int k = 0; k < 3; ++k)
+        put(k == 0 ? kChunkSide : 0, k == 1 ? kChunkSide : 0, k == 2 ? kChunkSide : 0, &p->step_u[k],
+            &p->step_v[k], &p->step_z[k]);
+    for (int k = 0; k < 2; ++k)
+        put(k == 0, k == 1, 0, &p->voxel_u[k], &p->voxel_v[k], &p->voxel_z[k]);
+    const simd::ProjectiveBase first = base(origin);
+    p->origin_u = first.u;
+    p->origin_v = first.v;
+    p->origin_z = first.z;
+    for (int i = 0; i < 8; ++i)
+        put(7 * (i & 1), 7 * (i >> 1 & 1), 7 * (i >> 2), &p->corner_u[i], &p->corner_v[i], &p->corner_z[i]);
+}
+
+simd::ProjectiveBase Projector::base(Vec3i c) const {
+    const double x = c.x * double{kChunkSide} + 0.5, y = c.y * double{kChunkSide} + 0.5,
+                 z = c.z * double{kChunkSide} + 0.5;
+    return {static_cast<float>(at(0, x, y, z)), static_cast<float>(at(1, x, y, z)),
+            static_cast<float>(at(2, x, y, z))};
+}
+
+}  // namespace burin

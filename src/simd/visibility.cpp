@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// The specification of the kernels of visibility.h.
+#include "simd/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace burin::simd {
+
+namespace scalar {
+
+void project_chunks(const ChunkProjection& p, ChunkBatch* batch) {
+    for (int i = 0; i < kBatchChunks; ++i) {
+        const float x = static_cast<float>(batch->x[i]), y = static_cast<float>(batch->y[i]),
+                    z = static_cast<float>(batch->z[i]);
+        const auto at = [&](const float step[3], float origin) {
+            return ((x * step[0] + y * step[1]) + z * step[2]) + origin;
+        };
+        const float u = at(p.step_u, p.origin_u), v = at(p.step_v, p.origin_v), w = at(p.step_z, p.origin_z);
+        batch->base_u[i] = u;
+        batch->base_v[i] = v;
+        batch->base_z[i] = w;
+        for (int k = 0; k < 8; ++k) {
+            const float corner_z = w + p.corner_z[k], inverse_z = 1.0f / corner_z;
+            const float corner_u = (u + p.corner_u[k]) * inverse_z, corner_v = (v + p.corner_v[k]) * inverse_z;
+            // Written like a vector's minimum: of a NaN and a number, the number that came last.
+            batch->least_u[i] = k > 0 && batch->least_u[i] < corner_u ? batch->least_u[i] : corner_u;
+            batch->most_u[i] = k > 0 && batch->most_u[i] > corner_u ? batch->most_u[i] : corner_u;
+            batch->least_v[i] = k > 0 && batch->least_v[i] < corner_v ? batch->least_v[i] : corner_v;
+            batch->most_v[i] = k > 0 && batch->most_v[i] > corner_v ? batch->most_v[i] : corner_v;
+            batch->least_z[i] = k > 0 && batch->least_z[i] < corner_z ? batch->least_z[i] : corner_z;
+            batch->most_z[i] = k > 0 && batch->most_z[i] > corner_z ? batch->most_z[i] : corner_z;
+        }
+        const auto steps = [](const float pixel[2], const float depth[2], float low, float high) {
+            const auto step = [&](int axis) {
+                const float a = std::fabs(pixel[axis] - low * depth[axis]),
+                            b = std::fabs(pixel[axis] - high * depth[axis]);
+                return a > b ? a : b;
+            };
+            return step(0) + step(1);
+        };
+        const float along_u = steps(p.voxel_u, p.voxel_z, batch->least_u[i], batch->most_u[i]);
+        const float along_v = steps(p.voxel_v, p.voxel_z, batch->least_v[i], batch->most_v[i]);
+        batch->block_reach[i] = 1.5f * (along_u > along_v ? along_u : along_v) / batch->least_z[i];
+    }
+}
+
+void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
+                   int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x + side < stride; ++x) {
+            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(y) * stride + x;
+            const std::ptrdiff_t below = i + static_cast<std::ptrdiff_t>(side) * stride;
+            to_least[i] = std::min(std::min(from_least[i], from_least[i + side]),
+                                   std::min(from_least[below], from_least[below + side]));
+            to_largest[i] = std::max(std::max(from_largest[i], from_largest[i + side]),
+                                     std::max(from_largest[below], from_largest[below + side]));
+        }
+}
+
+}  // namespace scalar
+
+#if defined(BURIN_SCALAR_ONLY)
+void project_chunks(const ChunkProjection& projection, ChunkBatch* batch) {
+    scalar::project_chunks(projection, batch);
+}
+void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
+                   int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
+    scalar::double_ranges(from_least, from_largest, height, stride, side, to_least, to_largest);
+}
+#endif
+
+}  // namespace burin::simd

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// Kernels of choosing chunks: where the corners of chunks fall in the image, and the range of depth over any
+// rectangle of tiles.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace burin::simd {
+
+// The projective coordinates (see ProjectiveOffsets) of chunk (x, y, z), relative to some chunk near the camera:
+// those of its voxel 0 are ((x * step[0] + y * step[1]) + z * step[2]) + origin.
+struct ChunkProjection {
+    float origin_u, origin_v, origin_z;
+    float step_u[3], step_v[3], step_z[3];
+    float corner_u[8], corner_v[8], corner_z[8];  // of the eight voxels in the corners, relative to voxel 0
+    float voxel_u[2], voxel_v[2], voxel_z[2];     // a step of one voxel along x and along y
+};
+
+inline constexpr int kBatchChunks = 16;
+struct ChunkBatch {
+    alignas(64) std::int32_t x[kBatchChunks], y[kBatchChunks], z[kBatchChunks];  // in
+    // out: voxel 0, and the box around the corners: pixels of the bordered image, and depths
+    alignas(64) float base_u[kBatchChunks], base_v[kBatchChunks], base_z[kBatchChunks];
+    alignas(64) float least_u[kBatchChunks], most_u[kBatchChunks];
+    alignas(64) float least_v[kBatchChunks], most_v[kBatchChunks];
+    alignas(64) float least_z[kBatchChunks], most_z[kBatchChunks];
+    // No voxel of a block of 4x4x1 falls farther from the block's middle, pixels in u or in v.
+    alignas(64) float block_reach[kBatchChunks];
+};
+// The reach of a block: from a point at pixel u, a step of k voxels along x leads k (Ux - u Zx) / (Z + k Zx) pixels
+// away, (Ux, Zx) the projective coordinates of one voxel along x; u within the box bounds the numerator, least_z
+// the denominator.
+// For all kBatchChunks chunks (give the unused ones any coordinates). Pixels mean nothing where least_z is not
+// above 0. |x|, |y|, |z| < 2^20.
+void project_chunks(const ChunkProjection& projection, ChunkBatch* batch);
+
+// Ranges over squares of 2^level tiles whose first tile is (x, y), at y * stride + x. A tile without any
+// reading has least 65535 and largest 0. Squares reach beyond the image as if it were surrounded by such tiles.
+// Doubles the squares of `from` (side 2^level tiles) to `to`: to(x, y) = from(x, y) | from(x + side, y) |
+// from(x, y + side) | from(x + side, y + side), side = 2^level. Rows have room for `stride` values, stride a
+// multiple of 32 and at least width + 2 side + 31; rows height..height + side - 1 exist, and all beyond
+// the image hold such empty tiles.
+void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
+                   int side, std::uint16_t* to_least, std::uint16_t* to_largest);
+
+namespace scalar {
+void project_chunks(const ChunkProjection& projection, ChunkBatch* batch);
+void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
+                   int side, std::uint16_t* to_least, std::uint16_t* to_largest);
+}  // namespace scalar
+
+}  // namespace burin::simd

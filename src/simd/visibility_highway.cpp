@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// The kernels of visibility.h: a chunk, or a tile, a lane.
+#include "simd/visibility.h"
+
+#include "simd/kernel_targets.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/visibility_highway.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/kernel.h"
+#include "simd/vector-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace burin::simd::HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR
+
+void ProjectChunks(const ChunkProjection& projection, ChunkBatch* batch) {
+    scalar::project_chunks(projection, batch);
+}
+void DoubleRanges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
+                  int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
+    scalar::double_ranges(from_least, from_largest, height, stride, side, to_least, to_largest);
+}
+
+#else
+
+void ProjectChunks(const ChunkProjection& p, ChunkBatch* batch) {
+    const DF df;
+    const DI di;
+    const auto one = hn::Set(df, 1.0f);
+    for (std::size_t i = 0; i < kBatchChunks; i += hn::Lanes(df)) {
+        const auto x = hn::ConvertTo(df, hn::Load(di, batch->x + i));
+        const auto y = hn::ConvertTo(df, hn::Load(di, batch->y + i));
+        const auto z = hn::ConvertTo(df, hn::Load(di, batch->z + i));
+        const auto at = [&](const float step[3], float origin) {
+            const auto xy =
+                hn::Add(hn::Mul(x, hn::Set(df, step[0])), hn::Mul(y, hn::Set(df, step[1])));
+            return hn::Add(hn::Add(xy, hn::Mul(z, hn::Set(df, step[2]))), hn::Set(df, origin));
+        };
+        const auto u = at(p.step_u, p.origin_u), v = at(p.step_v, p.origin_v), w = at(p.step_z, p.origin_z);
+        hn::Store(u, df, batch->base_u + i);
+        hn::Store(v, df, batch->base_v + i);
+        hn::Store(w, df, batch->base_z + i);
+        auto least_u = hn::Zero(df), most_u = least_u, least_v = least_u, most_v = least_u, least_z = least_u,
+             most_z = least_u;
+        for (int k = 0; k < 8; ++k) {
+            const auto corner_z = hn::Add(w, hn::Set(df, p.corner_z[k]));
+            const auto inverse_z = hn::Div(one, corner_z);
+            const auto corner_u = hn::Mul(hn::Add(u, hn::Set(df, p.corner_u[k])), inverse_z);
+            const auto corner_v = hn::Mul(hn::Add(v, hn::Set(df, p.corner_v[k])), inverse_z);
+            // Comparisons, not Min and Max, whose answer to a NaN differs from target to target.
+            const auto less = [&](auto a, auto b) { return k == 0 ? b : hn::IfThenElse(hn::Lt(a, b), a, b); };
+            const auto more = [&](auto a, auto b) { return k == 0 ? b : hn::IfThenElse(hn::Gt(a, b), a, b); };
+            least_u = less(least_u, corner_u);
+            most_u = more(most_u, corner_u);
+            least_v = less(least_v, corner_v);
+            most_v = more(most_v, corner_v);
+            least_z = less(least_z, corner_z);
+            most_z = more(most_z, corner_z);
+        }
+        const auto steps = [&](const float pixel[2], const float depth[2], auto low, auto high) {
+            const auto step = [&](int axis) {
+                const auto across = hn::Set(df, pixel[axis]), along = hn::Set(df, depth[axis]);
+                const auto a = hn::Abs(hn::Sub(across, hn::Mul(low, along))),
+                           b = hn::Abs(hn::Sub(across, hn::Mul(high, along)));
+                return hn::IfThenElse(hn::Gt(a, b), a, b);
+            };
+            return hn::Add(step(0), step(1));
+        };
+        const auto along_u = steps(p.voxel_u, p.voxel_z, least_u, most_u);
+        const auto along_v = steps(p.voxel_v, p.voxel_z, least_v, most_v);
+        const auto farther = hn::IfThenElse(hn::Gt(along_u, along_v), along_u, along_v);
+        hn::Store(hn::Div(hn::Mul(hn::Set(df, 1.5f), farther), least_z), df, batch->block_reach + i);
+        hn::Store(least_u, df, batch->least_u + i);
+        hn::Store(most_u, df, batch->most_u + i);
+        hn::Store(least_v, df, batch->least_v + i);
+        hn::Store(most_v, df, batch->most_v + i);
+        hn::Store(least_z, df, batch->least_z + i);
+        hn::Store(most_z, df, batch->most_z + i);
+    }
+}
+
+void DoubleRanges(const std::uint16_t* HWY_RESTRICT from_least, const std::uint16_t* HWY_RESTRICT from_largest,
+                  int height, int stride, int side, std::uint16_t* HWY_RESTRICT to_least,
+                  std::uint16_t* HWY_RESTRICT to_largest) {
+    const hn::CappedTag<std::uint16_t, 32> d;
+    const int lanes = static_cast<int>(hn::Lanes(d));
+    const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(side) * stride;
+    for (int y = 0; y < height; ++y) {
+        const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * stride;
+        for (int x = 0; x + side < stride; x += lanes) {
+            // The last vector of a row is drawn back, so that it ends where the row may be read.
+            const std::ptrdiff_t i = row + (x + side + lanes <= stride ? x : stride - side - lanes);
+            const auto least = hn::Min(hn::Min(hn::LoadU(d, from_least + i), hn::LoadU(d, from_least + i + side)),
+                                       hn::Min(hn::LoadU(d, from_least + i + down),
+                                               hn::LoadU(d, from_least + i + down + side)));
+            const auto largest =
+                hn::Max(hn::Max(hn::LoadU(d, from_largest + i), hn::LoadU(d, from_largest + i + side)),
+                        hn::Max(hn::LoadU(d, from_largest + i + down),
+                                hn::LoadU(d, from_largest + i + down + side)));
+            hn::StoreU(least, d, to_least + i);
+            hn::StoreU(largest, d, to_largest + i);
+        }
+    }
+}
+
+#endif  // HWY_SCALAR
+
+}  // namespace burin::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace burin::simd {
+
+HWY_EXPORT(ProjectChunks);
+HWY_EXPORT(DoubleRanges);
+
+void project_chunks(const ChunkProjection& projection, ChunkBatch* batch) {
+    if (scalar_selected()) return scalar::project_chunks(projection, batch);
+    BURIN_DISPATCH(ProjectChunks)(projection, batch);
+}
+
+void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
+                   int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
+    if (scalar_selected())
+        return scalar::double_ranges(from_least, from_largest, height, stride, side, to_least, to_largest);
+    BURIN_DISPATCH(DoubleRanges)(from_least, from_largest, height, stride, side, to_least, to_largest);
+}
+
+}  // namespace burin::simd
+#endif
