@@ -9,61 +9,85 @@
 namespace burin {
 namespace {
 
+constexpr int kTile = DepthTiles::kTile;
+
 // Rounding of pixels and coordinates here and in observe_chunk differs by far less than these.
 constexpr float kPixelMargin = 0.51f;  // half a pixel, since integration reads the nearest one
 constexpr float kVoxelMargin = 0.02f;
 
-int floor_to_int(float x) {
-    const int i = static_cast<int>(x);
-    return i - (static_cast<float>(i) > x);
-}
+int tiles_of(int pixels) { return (pixels + kTile - 1) / kTile; }
+int whole_vectors(int count) { return (count + 15) & ~15; }  // band_boxes works on 16 at a time
 
 }  // namespace
 
-void BandMarker::place(Arena& arena) { words_ = arena.allocate<std::uint64_t>(kGridBits / 64, 64); }
-
-float BandMarker::truncation_at(float z) const {
-    if (!truncation_.quadratic) return truncation_.truncation_m;
-    return std::max(truncation_.floor_m, (truncation_.a * z + truncation_.b) * z + truncation_.c);
+void BandMarker::place(Arena& arena, int max_width, int max_height) {
+    const auto columns = static_cast<std::size_t>(whole_vectors(tiles_of(max_width))),
+               rows = static_cast<std::size_t>(tiles_of(max_height));
+    words_ = arena.allocate<std::uint64_t>(kGridBits / 64, 64);
+    boxes_ = arena.allocate<simd::ChunkBox>(columns * rows, 64);
+    row_bounds_ = arena.allocate<simd::ChunkBox>(rows, 64);
+    tile_u_ = arena.allocate<float>(columns, 64);
 }
 
 void BandMarker::begin(const DepthImage& image, const DepthTiles& tiles, const Se3& T,
-                       const simd::TruncationModel& truncation, float voxel_m) {
+                       const simd::TruncationModel& truncation, float voxel_m, Jobs& jobs) {
     image_ = &image;
     tiles_ = &tiles;
-    truncation_ = truncation;
-    voxel_m_ = voxel_m;
     started_ = false;
     cursor_ = kGridBits;  // nothing to read yet
     size_[0] = size_[1] = size_[2] = 0;
     if (image.valid == 0) return;
 
-    const Camera& c = image.camera;
-    for (int r = 0; r < 3; ++r) {
-        slope_u_[r] = static_cast<float>(T.R(r, 0) / c.fx);
-        slope_v_[r] = static_cast<float>(T.R(r, 1) / c.fy);
-        slope_1_[r] = static_cast<float>(T.R(r, 2) - T.R(r, 0) * c.cx / c.fx - T.R(r, 1) * c.cy / c.fy);
-    }
-    // Origin near the camera first, to find the box of the whole view in small numbers; then its low corner.
     const double chunk_m = static_cast<double>(voxel_m) * kChunkSide;
-    origin_ = {};
+    const Camera& c = image.camera;
+    simd::BandView& view = tile_view_;
     for (int r = 0; r < 3; ++r) {
-        origin_[r] = static_cast<std::int32_t>(
-            std::floor(std::clamp(T.t[r] / chunk_m, -2.0 * kChunkLimit, 2.0 * kChunkLimit)));
-        start_[r] = static_cast<float>((T.t[r] - origin_[r] * chunk_m) / voxel_m);
+        view.slope_u[r] = static_cast<float>(T.R(r, 0) / c.fx / chunk_m);
+        view.slope_v[r] = static_cast<float>(T.R(r, 1) / c.fy / chunk_m);
+        view.slope_1[r] = static_cast<float>(
+            (T.R(r, 2) - T.R(r, 0) * c.cx / c.fx - T.R(r, 1) * c.cy / c.fy) / chunk_m);
     }
-    const float half_u = 0.5f * static_cast<float>(image.width),
-                half_v = 0.5f * static_cast<float>(image.height);
-    float half_slope[3];
-    for (int r = 0; r < 3; ++r)
-        half_slope[r] = std::fabs(slope_u_[r]) * half_u + std::fabs(slope_v_[r]) * half_v;
-    const float reach = truncation_at(image.farthest_m);
-    const Box view =
-        box_of(half_u - 0.5f, half_v - 0.5f, half_slope, image.nearest_m - reach, image.farthest_m + reach);
+    view.unit_m = image.unit_m;
+    view.deep_m = static_cast<float>(2 * chunk_m);  // beyond this a tile's box holds mostly air
+    view.truncation = truncation;
+    pixel_view_ = view;
     for (int r = 0; r < 3; ++r) {
-        origin_[r] += view.low[r];
-        start_[r] -= static_cast<float>(view.low[r] * kChunkSide);
-        size_[r] = view.high[r] - view.low[r] + 1;
+        const float across = std::fabs(view.slope_u[r]) + std::fabs(view.slope_v[r]);
+        view.half_slope[r] = across * (0.5f * (kTile - 1) + kPixelMargin);
+        pixel_view_.half_slope[r] = across * kPixelMargin;
+    }
+    place_window(T, voxel_m);
+    box_tiles(jobs);
+}
+
+// The box of chunks around the whole view: the boxes of its near and far ends, by the view's own ranges.
+void BandMarker::place_window(const Se3& T, float voxel_m) {
+    const double chunk_m = static_cast<double>(voxel_m) * kChunkSide;
+    const float half_u = 0.5f * static_cast<float>(image_->width),
+                half_v = 0.5f * static_cast<float>(image_->height);
+    const simd::BandView& view = tile_view_;
+    const float reach = view.truncation.at(image_->farthest_m);
+    const float near = std::max(image_->nearest_m - reach, 0.0f), far = image_->farthest_m + reach;
+    for (int r = 0; r < 3; ++r) {
+        // Origin near the camera first, to find the window in small numbers; then its low corner. One chunk more
+        // on either side stands for all roundings.
+        const double camera =
+            std::floor(std::clamp(T.t[r] / chunk_m, -2.0 * kChunkLimit, 2.0 * kChunkLimit));
+        const double start = T.t[r] / chunk_m - camera;
+        const float slope = view.slope_u[r] * (half_u - 0.5f) + view.slope_v[r] * (half_v - 0.5f) + view.slope_1[r];
+        const float half = std::fabs(view.slope_u[r]) * (half_u + 1) + std::fabs(view.slope_v[r]) * (half_v + 1);
+        const float left = slope - half, right = slope + half;
+        const int low = static_cast<int>(std::floor(std::min(near * left, far * left) + static_cast<float>(start))) - 1;
+        const int high =
+            static_cast<int>(std::floor(std::max(near * right, far * right) + static_cast<float>(start))) + 1;
+        origin_[r] = static_cast<std::int32_t>(camera) + low;
+        size_[r] = high - low + 1;
+        // Voxel i of a chunk has its centre at (i + 1/2) / 8: the first chunk with a centre at or above the low
+        // end, the last with one at or below the high end.
+        for (simd::BandView* v : {&tile_view_, &pixel_view_}) {
+            v->start_low[r] = static_cast<float>(start - low + (0.5 - static_cast<double>(kVoxelMargin)) / kChunkSide);
+            v->start_high[r] = static_cast<float>(start - low - (0.5 - static_cast<double>(kVoxelMargin)) / kChunkSide);
+        }
     }
     size_[0] = (size_[0] + 63) & ~63;
     // Cut along z first, then along y; a row along x always fits (kMaxImageSide and 50 m bound it far below
@@ -77,24 +101,37 @@ void BandMarker::begin(const DepthImage& image, const DepthTiles& tiles, const S
         std::max<std::size_t>(kGridBits / (row * static_cast<std::size_t>(step_[1])), 1)));
 }
 
-BandMarker::Box BandMarker::box_of(float u, float v, const float half_slope[3], float z_low,
-                                   float z_high) const {
-    z_low = std::max(z_low, 0.0f);
-    Box box;
-    for (int r = 0; r < 3; ++r) {
-        const float slope = slope_u_[r] * u + slope_v_[r] * v + slope_1_[r];
-        const float low = slope - half_slope[r], high = slope + half_slope[r];
-        const float world_low = std::min(z_low * low, z_high * low) / voxel_m_ + start_[r];
-        const float world_high = std::max(z_low * high, z_high * high) / voxel_m_ + start_[r];
-        // Voxel i has its centre at i + 1/2: the first at or above world_low, the last at or below
-        // world_high.
-        box.low[r] = (floor_to_int(world_low - 0.5f - kVoxelMargin) + 1) >> 3;
-        box.high[r] = floor_to_int(world_high - 0.5f + kVoxelMargin) >> 3;
-    }
-    return box;
+void BandMarker::box_tiles(Jobs& jobs) {
+    const int columns = tiles_->width[0];
+    box_stride_ = whole_vectors(columns);
+    for (int x = 0; x < box_stride_; ++x)
+        tile_u_[x] = static_cast<float>(x * kTile) + 0.5f * (kTile - 1);
+    jobs.run(tiles_->height[0], [&](int ty, int) {
+        float v[16];
+        std::uint32_t ranges[16];
+        std::fill_n(v, 16, static_cast<float>(ty * kTile) + 0.5f * (kTile - 1));
+        simd::ChunkBox* row = boxes_ + static_cast<std::ptrdiff_t>(ty) * box_stride_;
+        simd::ChunkBox bounds{{65535, 65535, 65535}, simd::ChunkBox::kNone, {0, 0, 0}, 0};
+        for (int x = 0; x < columns; x += 16) {
+            const int count = std::min(16, columns - x);
+            std::fill_n(ranges, 16, 0u);
+            std::memcpy(ranges, tiles_->level[0] + static_cast<std::ptrdiff_t>(ty) * columns + x,
+                        static_cast<std::size_t>(count) * sizeof(DepthRange));
+            simd::band_boxes(tile_view_, tile_u_ + x, v, ranges, 16, row + x);
+        }
+        for (int x = 0; x < columns; ++x) {
+            if (row[x].kind == simd::ChunkBox::kNone) continue;
+            bounds.kind = simd::ChunkBox::kBox;
+            for (int r = 0; r < 3; ++r) {
+                bounds.low[r] = std::min(bounds.low[r], row[x].low[r]);
+                bounds.high[r] = std::max(bounds.high[r], row[x].high[r]);
+            }
+        }
+        row_bounds_[ty] = bounds;
+    });
 }
 
-void BandMarker::mark(const Box& box) {
+void BandMarker::mark(const simd::ChunkBox& box) {
     int low[3], high[3];
     for (int r = 0; r < 3; ++r) {
         low[r] = std::max(box.low[r] - slab_low_[r], 0);
@@ -102,56 +139,63 @@ void BandMarker::mark(const Box& box) {
         if (low[r] > high[r]) return;
     }
     const int first = low[0] >> 6, last = high[0] >> 6;
-    for (int z = low[2]; z <= high[2]; ++z)
-        for (int y = low[1]; y <= high[1]; ++y) {
-            std::uint64_t* row =
-                words_ + (static_cast<std::size_t>(z) * slab_size_[1] + y) * (slab_size_[0] / 64);
-            for (int word = first; word <= last; ++word) {
-                std::uint64_t bits = ~std::uint64_t{0};
-                if (word == first) bits &= ~std::uint64_t{0} << (low[0] & 63);
-                if (word == last) bits &= ~std::uint64_t{0} >> (63 - (high[0] & 63));
-                row[word] |= bits;
+    const std::uint64_t from = ~std::uint64_t{0} << (low[0] & 63), to = ~std::uint64_t{0} >> (63 - (high[0] & 63));
+    const std::ptrdiff_t row_words = slab_size_[0] / 64;
+    for (int z = low[2]; z <= high[2]; ++z) {
+        std::uint64_t* row = words_ + (static_cast<std::ptrdiff_t>(z) * slab_size_[1] + low[1]) * row_words;
+        for (int y = low[1]; y <= high[1]; ++y, row += row_words) {
+            if (first == last) {
+                row[first] |= from & to;
+                continue;
             }
+            row[first] |= from;
+            for (int word = first + 1; word < last; ++word) row[word] = ~std::uint64_t{0};
+            row[last] |= to;
         }
+    }
 }
 
 void BandMarker::mark_tiles() {
-    constexpr int kTile = DepthTiles::kTile;
-    const float half_tile = 0.5f * (kTile - 1) + kPixelMargin;
-    float half_slope[3], half_pixel[3];
-    for (int r = 0; r < 3; ++r) {
-        half_slope[r] = half_tile * (std::fabs(slope_u_[r]) + std::fabs(slope_v_[r]));
-        half_pixel[r] = kPixelMargin * (std::fabs(slope_u_[r]) + std::fabs(slope_v_[r]));
-    }
-    const float deep_m = 2.0f * kChunkSide * voxel_m_;  // beyond this a tile's box holds mostly air
+    const auto same = [](const simd::ChunkBox& a, const simd::ChunkBox& b) {
+        return std::memcmp(&a, &b, sizeof a) == 0;
+    };
     for (int ty = 0; ty < tiles_->height[0]; ++ty) {
-        Box previous{{1, 1, 1}, {0, 0, 0}};
+        const simd::ChunkBox& bounds = row_bounds_[ty];
+        bool apart = bounds.kind == simd::ChunkBox::kNone;
+        for (int r = 1; r < 3; ++r)
+            apart |= bounds.high[r] < slab_low_[r] || bounds.low[r] >= slab_low_[r] + slab_size_[r];
+        if (apart) continue;
+        const simd::ChunkBox* row = boxes_ + static_cast<std::ptrdiff_t>(ty) * box_stride_;
         for (int tx = 0; tx < tiles_->width[0]; ++tx) {
-            const DepthRange range =
-                tiles_->level[0][static_cast<std::ptrdiff_t>(ty) * tiles_->width[0] + tx];
-            if (range.largest == 0) continue;
-            const float near_m = static_cast<float>(range.least) * image_->unit_m;
-            const float far_m = static_cast<float>(range.largest) * image_->unit_m;
-            if (far_m - near_m <= deep_m) {
-                const float tau = truncation_at(far_m);
-                const Box box = box_of(static_cast<float>(tx * kTile) + 0.5f * (kTile - 1),
-                                       static_cast<float>(ty * kTile) + 0.5f * (kTile - 1), half_slope,
-                                       near_m - tau, far_m + tau);
-                if (!(box == previous)) mark(box);
-                previous = box;
+            const simd::ChunkBox& box = row[tx];
+            if (box.kind == simd::ChunkBox::kNone) continue;
+            if (box.kind == simd::ChunkBox::kDeep) {
+                mark_pixels(tx, ty);
                 continue;
             }
-            for (int y = ty * kTile; y < std::min((ty + 1) * kTile, image_->height); ++y)
-                for (int x = tx * kTile; x < std::min((tx + 1) * kTile, image_->width); ++x) {
-                    const std::uint16_t raw = image_->at(x, y);
-                    if (raw == 0) continue;
-                    const float depth_m = static_cast<float>(raw) * image_->unit_m,
-                                tau = truncation_at(depth_m);
-                    mark(box_of(static_cast<float>(x), static_cast<float>(y), half_pixel, depth_m - tau,
-                                depth_m + tau));
-                }
+            if (tx > 0 && same(box, row[tx - 1])) continue;
+            if (ty > 0 && same(box, row[tx - box_stride_])) continue;
+            mark(box);
         }
     }
+}
+
+// A tile across a jump in depth: pixel by pixel.
+void BandMarker::mark_pixels(int tx, int ty) {
+    static_assert(kTile * kTile == 16);
+    float u[16], v[16];
+    std::uint32_t ranges[16];
+    for (int i = 0; i < 16; ++i) {
+        const int x = tx * kTile + i % kTile, y = ty * kTile + i / kTile;
+        const std::uint32_t raw = x < image_->width && y < image_->height ? image_->at(x, y) : 0u;
+        u[i] = static_cast<float>(x);
+        v[i] = static_cast<float>(y);
+        ranges[i] = raw | raw << 16;
+    }
+    simd::ChunkBox boxes[16];
+    simd::band_boxes(pixel_view_, u, v, ranges, 16, boxes);
+    for (const simd::ChunkBox& box : boxes)
+        if (box.kind != simd::ChunkBox::kNone) mark(box);
 }
 
 bool BandMarker::next_slab() {

@@ -8,10 +8,11 @@
 #include <cstdint>
 
 #include "core/arena.h"
+#include "core/jobs.h"
 #include "core/se3.h"
 #include "depth/depth_image.h"
 #include "map/chunk.h"
-#include "simd/tsdf.h"
+#include "simd/band_boxes.h"
 
 namespace burin {
 
@@ -20,11 +21,12 @@ class BandMarker {
     // Bits of the grid: 160^3 chunks at once, 512 KiB. A view that is larger is marked slab by slab.
     static constexpr std::size_t kGridBits = std::size_t{1} << 22;
 
-    void place(Arena& arena);
+    // max_width, max_height: of the largest depth image that will come.
+    void place(Arena& arena, int max_width, int max_height);
 
     // Starts on a frame. The image and the tiles must stay as they are until the last slab.
     void begin(const DepthImage& image, const DepthTiles& tiles, const Se3& T_world_camera,
-               const simd::TruncationModel& truncation, float voxel_m);
+               const simd::TruncationModel& truncation, float voxel_m, Jobs& jobs);
 
     // Marks the next slab of the view; false when there is none left.
     bool next_slab();
@@ -35,24 +37,21 @@ class BandMarker {
     Vec3i origin() const { return origin_; }
 
   private:
-    struct Box {
-        int low[3], high[3];  // chunks relative to origin_, inclusive
-        bool operator==(const Box&) const = default;
-    };
-    Box box_of(float u_centre, float v_centre, const float half_slope[3], float z_low, float z_high) const;
-    void mark(const Box& box);
+    void place_window(const Se3& T_world_camera, float voxel_m);
+    void box_tiles(Jobs& jobs);
+    void mark(const simd::ChunkBox& box);
     void mark_tiles();
-    float truncation_at(float depth_m) const;
+    void mark_pixels(int tile_x, int tile_y);
 
     std::uint64_t* words_ = nullptr;
+    simd::ChunkBox* boxes_ = nullptr;       // a tile each, rows of box_stride_
+    simd::ChunkBox* row_bounds_ = nullptr;  // of the boxes of a row of tiles
+    float* tile_u_ = nullptr;               // middles of the tiles of a row
 
     const DepthImage* image_ = nullptr;
     const DepthTiles* tiles_ = nullptr;
-    simd::TruncationModel truncation_{};
-    float voxel_m_ = 0;
-    float slope_u_[3] = {}, slope_v_[3] = {},
-          slope_1_[3] = {};                     // world direction = u, v, 1 times these (z = 1)
-    float start_[3] = {};                       // camera relative to the origin chunk, in voxels
+    simd::BandView tile_view_{}, pixel_view_{};
+    int box_stride_ = 0;
     Vec3i origin_;                              // chunk at grid position 0 of the whole window
     int size_[3] = {};                          // of the whole window, chunks; x a multiple of 64
     int slab_low_[3] = {}, slab_size_[3] = {};  // of the current slab within the window; x whole

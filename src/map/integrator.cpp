@@ -27,7 +27,7 @@ void for_ranges(Jobs& jobs, int count, Body&& body) {
 
 void Integrator::place(Arena& arena, const IntegrationOptions& options, int max_width, int max_height) {
     options_ = options;
-    marker_.place(arena);
+    marker_.place(arena, max_width, max_height);
     ranges_.place(arena, max_width, max_height);
     depth_projection_ = arena.allocate<simd::DepthProjection>(1, 64);
     colour_offsets_ = arena.allocate<simd::ColourOffsets>(1, 64);
@@ -60,7 +60,8 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
     projection.drop_start_m = options_.drop_start_m;
     projector.fill(&projection.offsets);
     ranges_.build(depth.tiles);
-    marker_.begin(image, depth.tiles, frame.T_world_camera, options_.truncation, volume.voxel_m());
+    marker_.begin(image, depth.tiles, frame.T_world_camera, options_.truncation, volume.voxel_m(),
+                  jobs);
 
     const Camera& cc = frame.colour_camera;
     Job job{volume,

@@ -21,14 +21,14 @@ Projector::Projector(const Camera& c, const Se3& T_camera_world, double shift, d
 }
 
 void Projector::fill(simd::ProjectiveOffsets* table) const {
-    for (int i = 0; i < kChunkVoxels; ++i) {
-        const int half = i >> 2 & 1, at = i >> 3 << 2 | (i & 3);
-        put(i & 7, i >> 3 & 7, i >> 6, &table->u[half][at], &table->v[half][at], &table->z[half][at]);
+    for (int i = 0; i < simd::kBlocks; ++i) {
+        const int x = 4 * (i & 1), y = 4 * (i >> 1 & 1), z = i >> 2;
+        simd::ProjectiveOffsets::Block& block = table->block[i];
+        for (int k = 0; k < simd::kBlockVoxels; ++k)
+            put(x + (k & 3), y + (k >> 2), z, &block.u[k], &block.v[k], &block.z[k]);
+        put(x + 1.5, y + 1.5, z, &table->middle_u[i], &table->middle_v[i], &table->middle_z[i]);
     }
-    for (int i = 0; i < 32; ++i)
-        put(4 * (i & 1) + 1.5, 4 * (i >> 1 & 1) + 1.5, i >> 2, &table->block_u[i], &table->block_v[i],
-            &table->block_z[i]);
-    for (int i = 0; i < 16; ++i)
+    for (int i = 0; i < simd::kSlabs; ++i)
         table->slab_z[i] = static_cast<float>(step(2, 3.5, 4 * (i & 1) + 1.5, i >> 1));
     table->slab_reach = static_cast<float>(3.5 * std::fabs(row_[2][0]) + 1.5 * std::fabs(row_[2][1]));
 }

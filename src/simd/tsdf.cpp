@@ -50,11 +50,13 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
                 start = frame.drop_start_m * to_units;
     Observation seen{false, false};
     for (int i = 0; i < kChunkVoxels; ++i) {
-        const int half = i >> 2 & 1, at = i >> 3 << 2 | (i & 3);
-        const float z = chunk.z + frame.offsets.z[half][at];
+        const ProjectiveOffsets::Block& block =
+            frame.offsets.block[(i >> 2 & 1) + 2 * (i >> 5 & 1) + 4 * (i >> 6)];
+        const int at = 4 * (i >> 3 & 3) + (i & 3);
+        const float z = chunk.z + block.z[at];
         const float inverse_z = 1.0f / std::max(z, least_z);
-        const float u = std::min(std::max((chunk.u + frame.offsets.u[half][at]) * inverse_z, 0.0f), u_max);
-        const float v = std::min(std::max((chunk.v + frame.offsets.v[half][at]) * inverse_z, 0.0f), v_max);
+        const float u = std::min(std::max((chunk.u + block.u[at]) * inverse_z, 0.0f), u_max);
+        const float v = std::min(std::max((chunk.v + block.v[at]) * inverse_z, 0.0f), v_max);
         const int pixel = round_to_int(v) * frame.stride + round_to_int(u);
         const std::uint16_t raw = frame.pixels[pixel];
         const float s = static_cast<float>(raw) * unit - z;

@@ -20,18 +20,18 @@ inline constexpr int kWeightOne = 64;
 // Voxel centres in projective coordinates: U = (fx X + (cx + 1) Z) k and V likewise (pixels of the bordered
 // image times length), Z k (length), with lengths in stored units, k = 32767 / truncation. The projection of
 // a sum is the sum of projections, so a voxel costs three additions: base + offset.
-// Voxel (x, y, z) is at [x >> 2][4 * (y + 8 z) + (x & 3)]: with this order, narrowing a vector of left halves
-// of rows and one of right halves to 16 bits leaves whole rows, whatever the width of a vector.
-inline constexpr int kHalf = kChunkVoxels / 2;
+// A block is 4x4x1 voxels, a slab two blocks side by side; voxel (x, y, z) is number 4 * (y & 3) + (x & 3) of block
+// (x >> 2) + 2 * (y >> 2) + 4 * z. With this order, narrowing a vector of left halves of rows and one of right
+// halves to 16 bits leaves whole rows, whatever the width of a vector.
+inline constexpr int kBlocks = 32, kSlabs = 16, kBlockVoxels = 16;
 struct ProjectiveOffsets {
-    alignas(64) float u[2][kHalf];
-    alignas(64) float v[2][kHalf];
-    alignas(64) float z[2][kHalf];
-    // Middles of the 32 blocks of 4x4x1 voxels: block (x >> 2) + 2 * (y >> 2) + 4 * z.
-    alignas(64) float block_u[32], block_v[32], block_z[32];
-    // Middles of the 16 slabs of 8x4x1 voxels, (y >> 2) + 2 * z, and how far their voxels reach to either side.
-    alignas(64) float slab_z[16];
-    float slab_reach;
+    struct Block {
+        float u[kBlockVoxels], v[kBlockVoxels], z[kBlockVoxels];
+    };
+    alignas(64) Block block[kBlocks];
+    alignas(64) float middle_u[kBlocks], middle_v[kBlocks], middle_z[kBlocks];  // of the blocks
+    alignas(64) float slab_z[kSlabs];  // middles of the slabs
+    float slab_reach;                  // and how far in z their voxels lie to either side, at most
 };
 struct ProjectiveBase {
     float u, v, z;  // of voxel 0

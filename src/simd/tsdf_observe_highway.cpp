@@ -34,16 +34,15 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
 
 #else
 
-// Projections of voxels in the tables' order: element i is (half, at) with half = i / lanes % 2.
 struct Projected {
     hn::Vec<DF> u, v, z;
 };
-HWY_INLINE Projected Project(const ProjectiveOffsets& offsets, const ProjectedChunk& chunk, int half, int at) {
+HWY_INLINE Projected Project(const ProjectiveOffsets::Block& block, int at, const ProjectedChunk& chunk) {
     const DF df;
-    const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, offsets.z[half] + at));
+    const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, block.z + at));
     const auto inverse_z = hn::Div(hn::Set(df, 1.0f), z);
-    return {hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, offsets.u[half] + at)), inverse_z),
-            hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, offsets.v[half] + at)), inverse_z), z};
+    return {hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, block.u + at)), inverse_z),
+            hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, block.v + at)), inverse_z), z};
 }
 
 // What the band test finds, over whole rows in 16 bits.
@@ -94,13 +93,12 @@ HWY_INLINE void ClippedPixels(const DepthProjection& frame, const ProjectedChunk
     const auto u_max = hn::Set(df, static_cast<float>(frame.width) + 1.0f);
     const auto v_max = hn::Set(df, static_cast<float>(frame.height) + 1.0f);
     const auto stride = hn::Set(di, frame.stride);
-    const ProjectiveOffsets& o = frame.offsets;
-    for (int at = 0; at < kHalf; at += lanes)
-        for (int half = 0; half < 2; ++half) {
-            const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, o.z[half] + at));
+    for (const ProjectiveOffsets::Block& block : frame.offsets.block)
+        for (int at = 0; at < kBlockVoxels; at += lanes) {
+            const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, block.z + at));
             const auto inverse_z = hn::Div(one, hn::Max(z, hn::Set(df, least_z)));
-            const auto u = hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, o.u[half] + at)), inverse_z);
-            const auto v = hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, o.v[half] + at)), inverse_z);
+            const auto u = hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, block.u + at)), inverse_z);
+            const auto v = hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, block.v + at)), inverse_z);
             const auto column = RoundInRange(hn::Min(hn::Max(u, zero), u_max));
             const auto row = RoundInRange(hn::Min(hn::Max(v, zero), v_max));
             hn::Store(hn::Add(hn::Mul(row, stride), column), di, pixel);
@@ -144,11 +142,12 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
                start = hn::Set(df, frame.drop_start_m * to_units);
     const auto free_i = hn::Set(di, kFree), unseen = hn::Set(di, kUnseen);
     Observation seen{false, false};
-    int i = 0;
-    for (int at = 0; at < kHalf; at += lanes) {
+    for (int row = 0; row < kSlabs * kBlockVoxels; row += lanes) {  // of 4, through the left blocks of all slabs
+        const int slab = row / kBlockVoxels, at = row % kBlockVoxels;
         hn::Vec<DI> halves[2], weight_halves[2];
-        for (int half = 0; half < 2; ++half, i += lanes) {
-            const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.z[half] + at));
+        for (int half = 0; half < 2; ++half) {
+            const int i = (2 * slab + half) * kBlockVoxels + at;
+            const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
             const auto reading = hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(du16, raw + i)));
             const auto s = hn::Sub(hn::Mul(reading, unit), z);
             auto tau = scale;
@@ -183,9 +182,9 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
             }
             halves[half] = distance;
         }
-        StoreRows(halves[0], halves[1], distances + 2 * at);
+        StoreRows(halves[0], halves[1], distances + 2 * row);
         if constexpr (kWeighted)  // below 2^15
-            StoreRows(weight_halves[0], weight_halves[1], reinterpret_cast<std::int16_t*>(weights) + 2 * at);
+            StoreRows(weight_halves[0], weight_halves[1], reinterpret_cast<std::int16_t*>(weights) + 2 * row);
     }
     return seen;
 }
@@ -223,7 +222,6 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
     const DF df;
     const DI di;
     const DU16 du16;
-    constexpr int kSlab = 16;  // voxels of a half of a slab
     const int lanes = static_cast<int>(hn::Lanes(df));
     alignas(64) std::int32_t pixel[kChunkVoxels];
     alignas(64) std::uint16_t raw[kChunkVoxels];
@@ -231,26 +229,30 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
     const int count = std::popcount(visible);
     const auto stride = hn::Set(di, frame.stride);
     std::int32_t* next = pixel;
-    for (unsigned left = visible; left != 0; left &= left - 1)
-        for (int at = std::countr_zero(left) * kSlab, end = at + kSlab; at < end; at += lanes)
+    for (unsigned left = visible; left != 0; left &= left - 1) {
+        const ProjectiveOffsets::Block* slab = frame.offsets.block + 2 * std::countr_zero(left);
+        for (int at = 0; at < kBlockVoxels; at += lanes)
             for (int half = 0; half < 2; ++half, next += lanes) {
-                const Projected p = Project(frame.offsets, chunk, half, at);
+                const Projected p = Project(slab[half], at, chunk);
                 hn::Store(hn::Add(hn::Mul(RoundInRange(p.v), stride), RoundInRange(p.u)), di, next);
             }
-    for (int i = 0; i < 2 * kSlab * count; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
+    }
+    for (int i = 0; i < 2 * kBlockVoxels * count; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
     const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), base_z = hn::Set(df, chunk.z);
     Found found;
     const std::uint16_t* reading = raw;
-    for (unsigned left = visible; left != 0; left &= left - 1)
-        for (int at = std::countr_zero(left) * kSlab, end = at + kSlab; at < end; at += lanes) {
+    for (unsigned left = visible; left != 0; left &= left - 1) {
+        const int slab = std::countr_zero(left);
+        for (int at = 0; at < kBlockVoxels; at += lanes) {
             hn::Vec<DI> halves[2];
             for (int half = 0; half < 2; ++half, reading += lanes) {
-                const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.z[half] + at));
+                const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
                 halves[half] = Distance(hn::PromoteTo(di, hn::Load(du16, reading)), unit, z);
             }
             found.Add(halves[0], halves[1]);
-            StoreRows(halves[0], halves[1], distances + 2 * at);
+            StoreRows(halves[0], halves[1], distances + 2 * (slab * kBlockVoxels + at));
         }
+    }
     return found.Get();
 }
 
@@ -285,9 +287,9 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
                last_row = hn::Set(df, static_cast<float>(frame.height + 2 - 8));
     const auto stride = hn::Set(di, frame.stride);
     for (int i = 0; i < 32; i += kLanes) {
-        const auto inverse_z = hn::Div(one, hn::Add(base_z, hn::Load(df, frame.offsets.block_z + i)));
-        const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, frame.offsets.block_u + i)), inverse_z);
-        const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, frame.offsets.block_v + i)), inverse_z);
+        const auto inverse_z = hn::Div(one, hn::Add(base_z, hn::Load(df, frame.offsets.middle_z + i)));
+        const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, frame.offsets.middle_u + i)), inverse_z);
+        const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, frame.offsets.middle_v + i)), inverse_z);
         const auto column = RoundInRange(hn::Min(hn::Max(hn::Sub(u, middle), zero), last_column));
         const auto row = RoundInRange(hn::Min(hn::Max(hn::Sub(v, middle), zero), last_row));
         hn::Store(hn::Add(hn::Mul(row, stride), column), di, corner + i);
@@ -296,19 +298,21 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
     const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m());
     constexpr __mmask32 kEven = 0x55555555;
     Found found;
+    const std::uint16_t* const pixels = frame.pixels;
+    const std::ptrdiff_t row_step = frame.stride;
     for (unsigned left = VisibleSlabs(frame, chunk, distances); left != 0; left &= left - 1) {
         const int slab = std::countr_zero(left);
+        const ProjectiveOffsets::Block* blocks = frame.offsets.block + 2 * slab;
         hn::Vec<DI> halves[2];
         for (int half = 0; half < 2; ++half) {
-            const int block = 2 * slab + half, at = 16 * slab;
-            const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.z[half] + at));
+            const auto z = hn::Add(base_z, hn::Load(df, blocks[half].z));
             const auto inverse_z = hn::Div(one, z);
-            const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, frame.offsets.u[half] + at)), inverse_z);
-            const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, frame.offsets.v[half] + at)), inverse_z);
+            const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, blocks[half].u)), inverse_z);
+            const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, blocks[half].v)), inverse_z);
             // Row and column in the window, 3 bits each; the look-up ignores higher ones.
             const auto index = hn::Sub(hn::Add(hn::ShiftLeft<3>(RoundInRange(v)), RoundInRange(u)),
-                                       hn::Set(di, first[block]));
-            const Window window = LoadWindow(frame.pixels + corner[block], frame.stride);
+                                       hn::Set(di, first[2 * slab + half]));
+            const Window window = LoadWindow(pixels + corner[2 * slab + half], row_step);
             const hn::Vec<DI> reading{
                 _mm512_maskz_permutex2var_epi16(kEven, window.low, index.raw, window.high)};
             halves[half] = Distance(reading, unit, z);
