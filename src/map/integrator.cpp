@@ -12,10 +12,6 @@ namespace {
 constexpr int kChunksPerItem = 64;  // one step of the job counter; 64 chunks take some 15 us
 static_assert(kChunksPerItem % simd::kBatchChunks == 0);
 
-void prefetch_for_write(const void* data, std::size_t bytes) {
-    for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(static_cast<const char*>(data) + i, 1);
-}
-
 template <class Body>
 void for_ranges(Jobs& jobs, int count, Body&& body) {
     jobs.run((count + kChunksPerItem - 1) / kChunksPerItem, [&](int item, int) {
@@ -125,11 +121,9 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         std::uint32_t done = 0;
         for (int i = first; i < end; ++i) {
             // The next chunk arrives while this one is fused.
-            if (i + 1 < end) {
-                const std::uint32_t next = candidates_[chosen_[i + 1]].slot;
-                if (next != kNoChunk) prefetch_for_write(&volume.geometry(next), sizeof(ChunkGeometry));
-            }
-            done += fuse_chunk(job, candidates_[chosen_[i]]);
+            const std::uint32_t next = i + 1 < end ? candidates_[chosen_[i + 1]].slot : kNoChunk;
+            done += fuse_chunk(job, candidates_[chosen_[i]],
+                               next == kNoChunk ? nullptr : &volume.geometry(next));
         }
         fused.fetch_add(done, std::memory_order_relaxed);
     });
@@ -165,13 +159,14 @@ void Integrator::choose(const Job& job, int first, int end) {
         if (candidates_[i].key != 0) candidates_[i].slot = job.volume.find(candidates_[i].key);
 }
 
-bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate) {
+bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate, const ChunkGeometry* next) {
     const std::uint32_t slot = candidate.slot;
     if (slot == kNoChunk) return false;
     Volume& volume = job.volume;
     alignas(64) std::int16_t distances[kChunkVoxels];
     alignas(64) std::uint16_t weights[kChunkVoxels];
-    if (!simd::observe_chunk(job.projection, candidate.projected, distances, weights).touched) return false;
+    if (!simd::observe_chunk(job.projection, candidate.projected, distances, weights, next).touched)
+        return false;
     ChunkGeometry& chunk = volume.geometry(slot);
     const int least = simd::fuse_distances(distances, job.projection.weighted() ? weights : nullptr,
                                            options_.max_weight, chunk.sdf, chunk.weight);

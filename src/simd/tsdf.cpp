@@ -43,7 +43,7 @@ float TruncationModel::at(float depth_m) const {
 namespace scalar {
 
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                          std::uint16_t* weights) {
+                          std::uint16_t* weights, const void*) {
     const float u_max = static_cast<float>(frame.width) + 1.0f, v_max = static_cast<float>(frame.height) + 1.0f;
     const float to_units = frame.truncation.units_per_m();
     const float unit = frame.unit_m * to_units, least_z = kLeastZ * to_units,
@@ -152,8 +152,8 @@ void fuse_colours(const std::int16_t* distances, const ColourWindow& window, con
 
 #if defined(BURIN_SCALAR_ONLY)
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                          std::uint16_t* weights) {
-    return scalar::observe_chunk(frame, chunk, distances, weights);
+                          std::uint16_t* weights, const void* ahead) {
+    return scalar::observe_chunk(frame, chunk, distances, weights, ahead);
 }
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum) {

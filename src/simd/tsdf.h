@@ -82,13 +82,15 @@ struct DepthProjection {
 // touched: some voxel lies in the band: neither kUnseen (before the drop) nor kFree, and with the quadratic
 //   model s < tau(depth). free: some voxel is kFree. When nothing is touched and nothing is free, the arrays
 //   may be left unwritten.
+// ahead: 2 KiB that will be wanted next; they are asked for piece by piece, since asking at once keeps the depth
+//   waiting. May be null.
 struct Observation {
     bool touched, free;
 };
 inline constexpr float kLeastZ =
     1e-3f;  // metres; keeps 1 / z finite, a tenth of the nearest depth any config allows
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                          std::uint16_t* weights);
+                          std::uint16_t* weights, const void* ahead = nullptr);
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
 //   sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(weight_sum + w, max_weight)
@@ -138,7 +140,7 @@ void fuse_colours(const std::int16_t* distances, const ColourWindow& window, con
 // What the functions above specify, one lane at a time.
 namespace scalar {
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                          std::uint16_t* weights);
+                          std::uint16_t* weights, const void* ahead = nullptr);
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum);
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,

@@ -28,7 +28,7 @@ namespace burin::simd::HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
 
 Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                         std::uint16_t* weights) {
+                         std::uint16_t* weights, const void*) {
     return scalar::observe_chunk(frame, chunk, distances, weights);
 }
 
@@ -217,8 +217,14 @@ HWY_INLINE unsigned VisibleSlabs(const DepthProjection& frame, const ProjectedCh
     return ~hidden & 0xffff;
 }
 
+// A slab's share of what is wanted next.
+HWY_INLINE void AskFor(const char* bytes) {
+    __builtin_prefetch(bytes, 1, 3);
+    __builtin_prefetch(bytes + 64, 1, 3);
+}
+
 Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
-                   std::int16_t* HWY_RESTRICT distances) {
+                   std::int16_t* HWY_RESTRICT distances, const char* ahead) {
     const DF df;
     const DI di;
     const DU16 du16;
@@ -231,6 +237,7 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
     std::int32_t* next = pixel;
     for (unsigned left = visible; left != 0; left &= left - 1) {
         const ProjectiveOffsets::Block* slab = frame.offsets.block + 2 * std::countr_zero(left);
+        AskFor(ahead + 128 * std::countr_zero(left));
         for (int at = 0; at < kBlockVoxels; at += lanes)
             for (int half = 0; half < 2; ++half, next += lanes) {
                 const Projected p = Project(slab[half], at, chunk);
@@ -275,7 +282,7 @@ HWY_INLINE Window LoadWindow(const std::uint16_t* from, std::ptrdiff_t stride) {
 }
 
 Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
-                     std::int16_t* HWY_RESTRICT distances) {
+                     std::int16_t* HWY_RESTRICT distances, const char* ahead) {
     const DF df;
     const DI di;
     constexpr int kLanes = 16;
@@ -302,6 +309,7 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
     const std::ptrdiff_t row_step = frame.stride;
     for (unsigned left = VisibleSlabs(frame, chunk, distances); left != 0; left &= left - 1) {
         const int slab = std::countr_zero(left);
+        AskFor(ahead + 128 * slab);
         const ProjectiveOffsets::Block* blocks = frame.offsets.block + 2 * slab;
         hn::Vec<DI> halves[2];
         for (int half = 0; half < 2; ++half) {
@@ -326,7 +334,7 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
 #endif
 
 Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                         std::uint16_t* weights) {
+                         std::uint16_t* weights, const void* ahead) {
     const bool quadratic = frame.truncation.quadratic, weighted = frame.weighted();
     if (weighted)
         return quadratic ? Careful<true, true>(frame, chunk, distances, weights)
@@ -334,10 +342,11 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
     if (quadratic) return Careful<true, false>(frame, chunk, distances, weights);
 
     if (!chunk.inside) return Careful<false, false>(frame, chunk, distances, weights);
+    const auto* next = static_cast<const char*>(ahead ? ahead : distances);
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    if (chunk.small && frame.width > 8 && frame.height > 8) return Windowed(frame, chunk, distances);
+    if (chunk.small && frame.width > 8 && frame.height > 8) return Windowed(frame, chunk, distances, next);
 #endif
-    return Simple(frame, chunk, distances);
+    return Simple(frame, chunk, distances, next);
 }
 
 #endif  // HWY_SCALAR
@@ -351,9 +360,9 @@ namespace burin::simd {
 HWY_EXPORT(ObserveChunk);
 
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                          std::uint16_t* weights) {
-    if (scalar_selected()) return scalar::observe_chunk(frame, chunk, distances, weights);
-    return BURIN_DISPATCH(ObserveChunk)(frame, chunk, distances, weights);
+                          std::uint16_t* weights, const void* ahead) {
+    if (scalar_selected()) return scalar::observe_chunk(frame, chunk, distances, weights, ahead);
+    return BURIN_DISPATCH(ObserveChunk)(frame, chunk, distances, weights, ahead);
 }
 
 }  // namespace burin::simd
