@@ -40,7 +40,7 @@ LatticeFrame::LatticeFrame(const Volume& volume, const Se3& T_world_body) {
         // The API keeps poses within what keys can tell; whatever else comes here finds no chunk.
         const double limit = (kChunkLimit - 2.0) * kChunkSide;
         const double at = T_world_body.t[r] * inverse_voxel - 0.5;
-        const double voxel = std::fabs(at) < limit ? std::floor(at) : 0.0;
+        const double voxel = std::fabs(at) < limit ? kChunkSide * std::floor(at / kChunkSide) : 0.0;
         origin[r] = static_cast<std::int32_t>(voxel);
         map.offset[r] = static_cast<float>(at - voxel);
         for (int c = 0; c < 3; ++c)

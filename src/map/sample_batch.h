@@ -6,47 +6,19 @@
 #include <cstdint>
 
 #include "core/se3.h"
+#include "map/chunk_memo.h"
 #include "map/volume.h"
 #include "simd/sample.h"
 
 namespace burin {
 
-// From the coordinates of a body (a camera, metres) to the voxel lattice, relative to a voxel near the body:
-// single precision is then as good a kilometre away from the world's origin as there.
+// From the coordinates of a body (a camera, metres) to the voxel lattice, relative to the lowest voxel of the
+// body's chunk: single precision is then as good a kilometre away from the world's origin as there.
 struct LatticeFrame {
-    Vec3i origin;  // voxel
+    Vec3i origin;  // voxel; a multiple of 8
     simd::LatticeMap map;
 
     LatticeFrame(const Volume& volume, const Se3& T_world_body);
-};
-
-// The last 512 chunks asked for, by their place modulo 8 in each direction: points of one image or one ray
-// ask for few. Valid while nobody inserts or removes chunks.
-class ChunkMemo {
-  public:
-    explicit ChunkMemo(const Volume& volume) : volume_(volume) {}
-
-    std::uint32_t find(ChunkKey key) {
-        Entry& entry = entry_of(key);
-        if (entry.key != key) entry = {key, volume_.find(key)};
-        return entry.slot;
-    }
-    // Asks the cache for what find(key) will read.
-    void prefetch(ChunkKey key) const {
-        if (entry_of(key).key != key) volume_.prefetch(key);
-    }
-
-  private:
-    struct Entry {
-        ChunkKey key = 0;
-        std::uint32_t slot = kNoChunk;
-    };
-    static std::size_t index_of(ChunkKey key) { return (key & 7) | (key >> 18 & 0x38) | (key >> 36 & 0x1c0); }
-    Entry& entry_of(ChunkKey key) { return entries_[index_of(key)]; }
-    const Entry& entry_of(ChunkKey key) const { return entries_[index_of(key)]; }
-
-    const Volume& volume_;
-    Entry entries_[512];
 };
 
 // One a thread, some 14 KiB: for a few thousand points.
