@@ -84,12 +84,19 @@ class FieldReader {
             }
             return known;
         }
+        // Up to eight chunks, each looked up once.
+        const bool across[3] = {(low.x & 7) == 7, (low.y & 7) == 7, (low.z & 7) == 7};
+        const ChunkGeometry* chunks[8];
         for (int i = 0; i < 8; ++i) {
+            int same = i;  // the lowest corner in the same chunk
+            for (int k = 0; k < 3; ++k)
+                if (!across[k]) same &= ~(1 << k);
             const Vec3i at{low.x + (i & 1), low.y + (i >> 1 & 1), low.z + (i >> 2)};
-            const ChunkGeometry* g = chunk_of(at);
-            if (!g) return false;
-            known &= g->weight[voxel_index(at)] != 0;
-            d[i] = g->sdf[voxel_index(at)];
+            chunks[i] = same == i ? chunk_of(at) : chunks[same];
+            if (!chunks[i]) return false;
+            const int index = voxel_index(at);
+            known &= chunks[i]->weight[index] != 0;
+            d[i] = chunks[i]->sdf[index];
         }
         return known;
     }

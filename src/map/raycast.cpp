@@ -37,7 +37,7 @@ float crossing(FieldReader& field, const Ray& ray, float t0, float d0, float t1,
     for (int i = 0;; ++i) {
         const float at = t0 + (t1 - t0) * d0 / (d0 - d1);
         float d = 0;
-        if (i == 2 || !field.trilinear(ray.at(at), &d)) return at;
+        if (i == 1 || !field.trilinear(ray.at(at), &d)) return at;
         if (d > 0) {
             t0 = at;
             d0 = d;
