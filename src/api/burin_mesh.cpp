@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The C boundary of the runtime: meshes and queries.
-#include <cmath>
+#include <algorithm>
 
 #include "api/call.h"
 #include "api/frame_check.h"
 #include "burin/burin.h"
-#include "map/sample.h"
+#include "map/sample_batch.h"
 
 using namespace burin;
 
@@ -158,15 +158,18 @@ burin_status burin_sample(burin_map map, const double* points, uint64_t count, f
                           float* gradients) {
     return Call(map).run([&](MapState& state) -> Status {
         if (count > 0 && (!points || !distances)) return null_argument(points ? "distances" : "points");
-        Sampler sampler(state.session.volume());
-        for (std::uint64_t i = 0; i < count; ++i) {
-            Vec3f g{NAN, NAN, NAN};
-            if (!sampler.distance_and_gradient({points[3 * i], points[3 * i + 1], points[3 * i + 2]},
-                                               &distances[i], &g))
-                distances[i] = NAN;
-            if (gradients)
-                for (int k = 0; k < 3; ++k) gradients[3 * i + static_cast<std::uint64_t>(k)] = g[k];
-        }
+        // Points an item: the memory of chunks pays, and one step of the job counter is nothing beside it.
+        constexpr std::uint64_t kItem = 2048;
+        const std::uint64_t items = (count + kItem - 1) / kItem;
+        if (items > 0x7fffffff)
+            return Status::error(Code::invalid_argument, "sample: %llu points, expected fewer than 2^42",
+                                 static_cast<unsigned long long>(count));
+        state.jobs.run(static_cast<int>(items), [&](int item, int) {
+            const std::uint64_t first = static_cast<std::uint64_t>(item) * kItem;
+            BatchSampler sampler(state.session.volume());
+            sampler.sample(points + 3 * first, static_cast<std::size_t>(std::min(kItem, count - first)),
+                           distances + first, gradients ? gradients + 3 * first : nullptr);
+        });
         return {};
     });
 }

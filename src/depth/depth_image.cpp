@@ -3,95 +3,50 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <cstring>
 #include <utility>
 
-#include "core/rounding.h"
 #include "depth/filters.h"
+#include "depth/row_blocks.h"
+#include "simd/depth_filters.h"
 #include "simd/tsdf.h"
 
 namespace burin {
 namespace {
 
 constexpr int kSlack = 64;  // elements past the last row, so that vector loads may overrun
+static_assert(kSlack >= simd::kOverread);
 
 std::size_t bordered(int width, int height) {
     return (static_cast<std::size_t>(width) + 2) * (static_cast<std::size_t>(height) + 2) + kSlack;
 }
 
-struct Conversion {
-    float min_m, max_m, unit_m;  // unit of the result
-    float raw_to_m;              // of the input
-    bool raw_is_result;          // u16 input whose unit is kept
-};
-
-// One reading to the stored unit; 0 when invalid or out of range.
-inline std::uint16_t convert(float metres, const Conversion& c) {
-    if (!(metres >= c.min_m && metres <= c.max_m)) return 0;  // NaN fails too
-    return static_cast<std::uint16_t>(std::clamp(static_cast<int>(metres / c.unit_m + 0.5f), 1, 65534));
-}
-
-inline std::uint16_t convert(std::uint16_t raw, const Conversion& c) {
-    if (raw == 0 || raw == 65535) return 0;
-    const float metres = static_cast<float>(raw) * c.raw_to_m;
-    if (c.raw_is_result) return metres >= c.min_m && metres <= c.max_m ? raw : std::uint16_t{0};
-    return convert(metres, c);
-}
-
+// Rectification: where does the ideal ray of a pixel fall in the recorded image? Nearest reading, since
+// depths must not be mixed across an edge. Columns x0..x1-1 of row y.
 template <class T>
-void convert_rows(View<const T> in, const Camera& camera, const Conversion& c, std::uint16_t* out, int stride,
-                  Jobs& jobs) {
-    Camera ideal = camera;
-    ideal.k1 = ideal.k2 = ideal.p1 = ideal.p2 = ideal.k3 = 0;
-    jobs.run(in.height, [&](int y, int) {
-        std::uint16_t* to = out + static_cast<std::ptrdiff_t>(y + 1) * stride + 1;
+void rectify(View<const T> in, const Camera& camera, const Camera& ideal, int y, int x0, int x1, T* out) {
+    for (int x = x0; x < x1; ++x) {
+        const Pixel p = project(camera, unproject(ideal, {static_cast<double>(x), static_cast<double>(y)}));
+        const bool inside = p.u >= -0.5 && p.v >= -0.5 && p.u < in.width - 0.5 && p.v < in.height - 0.5;
+        *out++ = inside ? in.at(static_cast<int>(p.u + 0.5), static_cast<int>(p.v + 0.5)) : T{0};
+    }
+}
+
+// convert(readings, count, out) for every row, or for the pieces of a rectified one.
+template <class T, class Convert>
+void convert_rows(View<const T> in, const Camera& camera, const DepthImage& image, std::uint16_t* out,
+                  Jobs& jobs, Convert&& convert) {
+    for_row_blocks(in.height, jobs, [&](int y) {
+        std::uint16_t* to = out + image.offset(0, y);
         if (!camera.distorted()) {
-            const T* from = in.row(y);
-            for (int x = 0; x < in.width; ++x) {
-                if constexpr (sizeof(T) == 2)
-                    to[x] = convert(from[x], c);
-                else
-                    to[x] = convert(from[x] * c.raw_to_m, c);
-            }
+            convert(in.row(y), in.width, to);
             return;
         }
-        // Rectification: where does the ideal ray of this pixel fall in the recorded image? Nearest reading,
-        // since depths must not be mixed across an edge.
-        for (int x = 0; x < in.width; ++x) {
-            const Pixel p =
-                project(camera, unproject(ideal, {static_cast<double>(x), static_cast<double>(y)}));
-            to[x] = 0;
-            if (!(p.u >= -0.5 && p.v >= -0.5 && p.u < in.width - 0.5 && p.v < in.height - 0.5)) continue;
-            const T raw = in.at(static_cast<int>(p.u + 0.5), static_cast<int>(p.v + 0.5));
-            if constexpr (sizeof(T) == 2)
-                to[x] = convert(raw, c);
-            else
-                to[x] = convert(raw * c.raw_to_m, c);
-        }
-    });
-}
-
-// Observation weight of every pixel in units of 1/kWeightOne.
-void weigh(const DepthImage& image, const DepthOptions& options, std::uint16_t* weights, Jobs& jobs) {
-    jobs.run(image.height, [&](int y, int) {
-        for (int x = 0; x < image.width; ++x) {
-            const int i = (y + 1) * image.stride + x + 1;
-            weights[i] = 0;
-            if (image.pixels[i] == 0) continue;
-            const float z = static_cast<float>(image.pixels[i]) * image.unit_m;
-            float w = simd::kWeightOne;
-            if (options.inverse_z2_weight) w = std::min(w / (z * z), 4.0f * simd::kWeightOne);
-            if (options.angle_weight) {
-                const Camera& c = image.camera;
-                const Vec3f ray = {
-                    (static_cast<float>(x) - static_cast<float>(c.cx)) / static_cast<float>(c.fx),
-                    (static_cast<float>(y) - static_cast<float>(c.cy)) / static_cast<float>(c.fy), 1.0f};
-                const Vec3f n = normal_at(image, x, y);
-                // Without a normal (isolated reading) the weight of 84 degrees.
-                w *= std::max(0.1f, -dot(n, ray) / norm(ray));
-            }
-            weights[i] = static_cast<std::uint16_t>(std::max(1, round_to_int(w)));
+        constexpr int kPiece = 512;  // 2 KiB of stack
+        T rectified[kPiece];
+        for (int x = 0; x < in.width; x += kPiece) {
+            const int end = std::min(x + kPiece, in.width);
+            rectify(in, camera, image.camera, y, x, end, rectified);
+            convert(rectified, end - x, to + x);
         }
     });
 }
@@ -141,9 +96,9 @@ void DepthStage::prepare(const FrameView& frame, Jobs& jobs) {
     const int height = is_u16 ? frame.depth_u16.height : frame.depth_f32.height;
     const float fine_unit_m = options_.max_depth_m / 65534.0f;
     const bool raw_is_result = is_u16 && !options_.bilateral;  // a filter wants finer steps than a sensor's
-    Conversion conversion{options_.min_depth_m, options_.max_depth_m,
-                          raw_is_result ? static_cast<float>(frame.depth_unit_m) : fine_unit_m,
-                          static_cast<float>(frame.depth_unit_m), raw_is_result};
+    const simd::DepthConversion conversion{
+        options_.min_depth_m, options_.max_depth_m, static_cast<float>(frame.depth_unit_m),
+        raw_is_result ? static_cast<float>(frame.depth_unit_m) : fine_unit_m};
 
     image = {};
     image.width = width;
@@ -163,10 +118,22 @@ void DepthStage::prepare(const FrameView& frame, Jobs& jobs) {
             plane[static_cast<std::ptrdiff_t>(y) * image.stride + width + 1] = 0;
         }
     }
-    if (is_u16)
-        convert_rows(frame.depth_u16, frame.depth_camera, conversion, pixels_, image.stride, jobs);
-    else
-        convert_rows(frame.depth_f32, frame.depth_camera, conversion, pixels_, image.stride, jobs);
+    if (!is_u16) {
+        convert_rows(
+            frame.depth_f32, frame.depth_camera, image, pixels_, jobs,
+            [&](const float* in, int n, std::uint16_t* out) { simd::convert_f32(in, n, conversion, out); });
+    } else if (raw_is_result) {
+        const simd::RawRange range = simd::raw_range(conversion);
+        convert_rows(frame.depth_u16, frame.depth_camera, image, pixels_, jobs,
+                     [&](const std::uint16_t* in, int n, std::uint16_t* out) {
+                         simd::keep_in_range(in, n, range, out);
+                     });
+    } else {
+        convert_rows(frame.depth_u16, frame.depth_camera, image, pixels_, jobs,
+                     [&](const std::uint16_t* in, int n, std::uint16_t* out) {
+                         simd::convert_u16(in, n, conversion, out);
+                     });
+    }
 
     // Each filter reads one plane and writes the other.
     std::uint16_t* current = pixels_;
@@ -182,7 +149,8 @@ void DepthStage::prepare(const FrameView& frame, Jobs& jobs) {
         image.pixels = current;
     }
     if (options_.weighted()) {
-        weigh(image, options_, weights_, jobs);
+        observation_weights(image, {options_.inverse_z2_weight, options_.angle_weight, simd::kWeightOne},
+                            weights_, jobs);
         image.weights = weights_;
     }
     build_tiles(jobs);
@@ -195,22 +163,14 @@ void DepthStage::build_tiles(Jobs& jobs) {
     tiles.height[0] = (image.height + kTile - 1) / kTile;
     tiles.level[0] = ranges_;
     std::atomic<std::uint32_t> valid{0};
-    jobs.run(tiles.height[0], [&](int ty, int) {
-        std::uint32_t count = 0;
-        for (int tx = 0; tx < tiles.width[0]; ++tx) {
-            // 0 (no depth) wraps to 65535 in `least - 1`: it never wins the minimum.
-            std::uint16_t least = 65535, largest = 0;
-            for (int y = ty * kTile; y < std::min((ty + 1) * kTile, image.height); ++y)
-                for (int x = tx * kTile; x < std::min((tx + 1) * kTile, image.width); ++x) {
-                    const std::uint16_t d = image.at(x, y);
-                    least = std::min(least, static_cast<std::uint16_t>(d - 1));
-                    largest = std::max(largest, d);
-                    count += d != 0;
-                }
-            ranges_[static_cast<std::ptrdiff_t>(ty) * tiles.width[0] + tx] = {
-                largest == 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(least + 1), largest};
-        }
-        valid.fetch_add(count, std::memory_order_relaxed);
+    constexpr int kTileRows = kRowBlock / kTile;
+    jobs.run((tiles.height[0] + kTileRows - 1) / kTileRows, [&](int block, int) {
+        int count = 0;
+        for (int ty = block * kTileRows; ty < std::min(tiles.height[0], (block + 1) * kTileRows); ++ty)
+            count += simd::tile_ranges(image.pixels + image.offset(0, ty * kTile), image.stride,
+                                       std::min(kTile, image.height - ty * kTile), image.width,
+                                       ranges_ + static_cast<std::ptrdiff_t>(ty) * tiles.width[0]);
+        valid.fetch_add(static_cast<std::uint32_t>(count), std::memory_order_relaxed);
     });
     image.valid = valid.load();
 
@@ -221,19 +181,11 @@ void DepthStage::build_tiles(Jobs& jobs) {
         tiles.width[n + 1] = (w + 1) / 2;
         tiles.height[n + 1] = (h + 1) / 2;
         tiles.level[n + 1] = next;
-        for (int y = 0; y < tiles.height[n + 1]; ++y)
-            for (int x = 0; x < tiles.width[n + 1]; ++x) {
-                DepthRange range{0, 0};
-                for (int k = 0; k < 4; ++k) {
-                    const int sx = 2 * x + (k & 1), sy = 2 * y + (k >> 1);
-                    if (sx >= w || sy >= h) continue;
-                    const DepthRange r = tiles.level[n][static_cast<std::ptrdiff_t>(sy) * w + sx];
-                    if (r.largest == 0) continue;
-                    range.least = range.largest == 0 ? r.least : std::min(range.least, r.least);
-                    range.largest = std::max(range.largest, r.largest);
-                }
-                *next++ = range;
-            }
+        for (int y = 0; y < h; y += 2) {
+            const DepthRange* row = tiles.level[n] + static_cast<std::ptrdiff_t>(y) * w;
+            simd::halve_ranges(row, y + 1 < h ? row + w : nullptr, w, next);
+            next += tiles.width[n + 1];
+        }
     }
     tiles.levels = n + 1;
     const DepthRange all = tiles.level[n][0];

@@ -3,11 +3,13 @@
 // image.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "capture/frame.h"
 #include "core/arena.h"
 #include "core/jobs.h"
+#include "simd/depth.h"
 
 namespace burin {
 
@@ -23,18 +25,16 @@ struct DepthImage {
     std::uint32_t valid = 0;              // pixels with depth
     float nearest_m = 0, farthest_m = 0;  // over valid pixels
 
-    std::uint16_t at(int x, int y) const { return pixels[(y + 1) * stride + x + 1]; }
+    std::ptrdiff_t offset(int x, int y) const { return static_cast<std::ptrdiff_t>(y + 1) * stride + x + 1; }
+    std::uint16_t at(int x, int y) const { return pixels[offset(x, y)]; }
 };
 
-// Least and largest valid depth of a square of pixels; least == 0 and largest == 0 when none is valid.
-struct DepthRange {
-    std::uint16_t least, largest;
-};
+using simd::DepthRange;
 
 // Ranges over tiles of kTile x kTile pixels, then over 2x2 of those, and so on until one tile is left.
 struct DepthTiles {
-    static constexpr int kTile =
-        4;  // pixels; smaller tiles cost more boxes, larger ones mark more than the band
+    // Pixels; smaller tiles cost more boxes, larger ones mark more than the band.
+    static constexpr int kTile = simd::kTileSide;
     static constexpr int kMaxLevels = 13;  // 4 * 2^12 = 16384 = kMaxImageSide
     int levels = 0;
     int width[kMaxLevels] = {}, height[kMaxLevels] = {};

@@ -9,16 +9,12 @@
 #include "core/jobs.h"
 #include "core/vec.h"
 #include "depth/depth_image.h"
+#include "simd/depth_filters.h"
 
 namespace burin {
 
-// Axial noise of a structured-light sensor, metres (Nguyen, Izadi, Lovell 2012): 0.0012 + 0.0019 (z - 0.4)^2.
-float axial_noise_m(float z);
-
-// Two neighbouring readings at depths a and b belong to one surface when |a - b| <= kJump * min(a, b). A
-// plane at 86 degrees to the view changes by 2.7 % from pixel to pixel at 525 pixels of focal length; the
-// disparity steps of a Kinect reach 1.5 % at 5 m.
-inline constexpr float kJump = 0.03f;
+using simd::axial_noise_m;
+using simd::kJump;
 
 // Edge-preserving smoothing (Tomasi & Manduchi 1998): 5x5 window, spatial sigma 1.5 pixels, range sigma three
 // times axial_noise_m. `out` has the layout of `in`; its border is left alone.
@@ -38,5 +34,9 @@ Vec3f normal_at(const DepthImage& depth, int x, int y);
 
 // normal_at for every pixel: 3 floats a pixel, packed rows.
 void compute_normals(const DepthImage& depth, float* normals, Jobs& jobs);
+
+// The weight of every pixel, in the layout of the image; its border is left alone.
+void observation_weights(const DepthImage& depth, const simd::WeightModel& model, std::uint16_t* weights,
+                         Jobs& jobs);
 
 }  // namespace burin

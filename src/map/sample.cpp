@@ -1,26 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "map/sample.h"
 
-#include <cmath>
-
 namespace burin {
-namespace {
-
-// Lowest voxel of the cell around p, and where in the cell p lies. False when p is outside what keys can
-// tell.
-bool cell_of(Vec3d p, double inverse_voxel, Vec3i* low, float fraction[3]) {
-    for (int r = 0; r < 3; ++r) {
-        const double x = p[r] * inverse_voxel - 0.5, floor = std::floor(x);
-        if (!(std::fabs(x) < (kChunkLimit - 2.0) * kChunkSide)) return false;
-        (*low)[r] = static_cast<std::int32_t>(floor);
-        fraction[r] = static_cast<float>(x - floor);
-    }
-    return true;
-}
-
-int voxel_index(Vec3i v) { return (v.z & 7) << 6 | (v.y & 7) << 3 | (v.x & 7); }
-
-}  // namespace
 
 std::uint32_t Sampler::chunk_of(Vec3i voxel) {
     const ChunkKey key = pack_key({voxel.x >> 3, voxel.y >> 3, voxel.z >> 3});
@@ -31,11 +12,20 @@ std::uint32_t Sampler::chunk_of(Vec3i voxel) {
     return last_slot_;
 }
 
-bool Sampler::interpolate(Vec3d p, float* out, Vec3f* gradient) {
-    Vec3i low;
-    float f[3];
-    if (!cell_of(p, inverse_voxel_, &low, f)) return false;
-    float d[8];
+bool Sampler::corners(Vec3i low, float d[8]) {
+    if ((low.x & 7) != 7 && (low.y & 7) != 7 && (low.z & 7) != 7) {  // two of three cells: all in one chunk
+        const std::uint32_t slot = chunk_of(low);
+        if (slot == kNoChunk) return false;
+        const ChunkGeometry& g = volume_.geometry(slot);
+        const int index = voxel_index(low);
+        bool known = true;
+        for (int i = 0; i < 8; ++i) {
+            const int at = index + (i & 1) + (i >> 1 & 1) * 8 + (i >> 2) * 64;
+            known &= g.weight[at] != 0;
+            d[i] = g.sdf[at];
+        }
+        return known;
+    }
     for (int i = 0; i < 8; ++i) {
         const Vec3i v = {low.x + (i & 1), low.y + (i >> 1 & 1), low.z + (i >> 2)};
         const std::uint32_t slot = chunk_of(v);
@@ -45,19 +35,17 @@ bool Sampler::interpolate(Vec3d p, float* out, Vec3f* gradient) {
         if (g.weight[index] == 0) return false;
         d[i] = g.sdf[index];
     }
-    const float scale = volume_.units_to_m();
-    const auto lerp = [](float a, float b, float t) { return a + t * (b - a); };
-    const float y0 = lerp(lerp(d[0], d[1], f[0]), lerp(d[2], d[3], f[0]), f[1]);
-    const float y1 = lerp(lerp(d[4], d[5], f[0]), lerp(d[6], d[7], f[0]), f[1]);
-    *out = scale * lerp(y0, y1, f[2]);
-    if (gradient) {
-        const float k = scale * static_cast<float>(inverse_voxel_);
-        gradient->x =
-            k * lerp(lerp(d[1] - d[0], d[3] - d[2], f[1]), lerp(d[5] - d[4], d[7] - d[6], f[1]), f[2]);
-        gradient->y =
-            k * lerp(lerp(d[2] - d[0], d[3] - d[1], f[0]), lerp(d[6] - d[4], d[7] - d[5], f[0]), f[2]);
-        gradient->z = k * (y1 - y0);
-    }
+    return true;
+}
+
+bool Sampler::interpolate(Vec3d p, float* out, Vec3f* gradient) {
+    Vec3i low;
+    float f[3], d[8];
+    if (!cell_of(p, inverse_voxel_, &low, f) || !corners(low, d)) return false;
+    const simd::Trilinear at = simd::trilinear(d, f[0], f[1], f[2]);
+    *out = scale_.distance * at.value;
+    if (gradient)
+        for (int k = 0; k < 3; ++k) (*gradient)[k] = scale_.gradient * at.gradient[k];
     return true;
 }
 

@@ -2,14 +2,40 @@
 // Trilinear reading of the signed distance field.
 #pragma once
 
+#include <cmath>
+
 #include "map/volume.h"
+#include "simd/sample.h"
 
 namespace burin {
+
+// Lowest voxel of the cell of eight voxel centres around world point p, and where in the cell p lies. False
+// when p is outside what keys can tell.
+inline bool cell_of(Vec3d p, double inverse_voxel, Vec3i* low, float place[3]) {
+    for (int r = 0; r < 3; ++r) {
+        const double x = p[r] * inverse_voxel - 0.5;
+        if (!(std::fabs(x) < (kChunkLimit - 2.0) * kChunkSide)) return false;
+        std::int32_t floor = static_cast<std::int32_t>(x);
+        floor -= floor > x;
+        (*low)[r] = floor;
+        place[r] = static_cast<float>(x - floor);
+    }
+    return true;
+}
+
+// Index within its chunk of a voxel.
+inline int voxel_index(Vec3i v) { return (v.z & 7) << 6 | (v.y & 7) << 3 | (v.x & 7); }
+
+// To metres, and to a gradient without unit.
+inline simd::SampleScale sample_scale(const Volume& volume) {
+    return {volume.units_to_m(), volume.units_to_m() * static_cast<float>(1.0 / volume.voxel_m())};
+}
 
 // Reads at points that lie near each other: remembers the chunk it used last. One a thread.
 class Sampler {
   public:
-    explicit Sampler(const Volume& volume) : volume_(volume), inverse_voxel_(1.0 / volume.voxel_m()) {}
+    explicit Sampler(const Volume& volume)
+        : volume_(volume), inverse_voxel_(1.0 / volume.voxel_m()), scale_(sample_scale(volume)) {}
 
     // Signed distance (metres) at a world point; false when one of the eight voxels around it was never
     // observed.
@@ -24,10 +50,12 @@ class Sampler {
 
   private:
     bool interpolate(Vec3d p, float* out, Vec3f* gradient);
+    bool corners(Vec3i low, float d[8]);
     std::uint32_t chunk_of(Vec3i voxel);
 
     const Volume& volume_;
     double inverse_voxel_;
+    simd::SampleScale scale_;
     ChunkKey last_key_ = 0;
     std::uint32_t last_slot_ = kNoChunk;
 };

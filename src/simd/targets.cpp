@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cctype>
 #include <cstdlib>
-#include <cstring>
 
 #if !defined(BURIN_SCALAR_ONLY)
 #include "simd/kernel.h"
@@ -24,37 +23,47 @@ bool scalar_selected() { return true; }
 namespace {
 
 // "AVX2" -> "avx2"
-std::string name_of(long long target) {
-    std::string name = hwy::TargetName(target);
+std::string lower_case(std::string name) {
     for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return name;
 }
+std::string name_of(long long target) { return lower_case(hwy::TargetName(target)); }
 
 bool usable(long long target) { return target != HWY_SCALAR && target != HWY_EMU128; }
+
+// The target of that name on any machine, 0 when there is none. A better target is a lower bit.
+long long target_named(const std::string& name) {
+    for (int bit = 0; bit < 62; ++bit)
+        if (name_of(1LL << bit) == name) return 1LL << bit;
+    return 0;
+}
 
 struct State {
     // An instance of our own: an application that uses Highway too keeps its choice.
     hwy::ChosenTarget chosen;
     std::atomic<bool> scalar{false};
     std::string name = "scalar";
+
     State() {
-        if (const char* wanted = std::getenv("BURIN_SIMD"); !choose(wanted ? wanted : "")) choose("");
+        const char* limit = std::getenv("BURIN_SIMD");
+        const std::string lower = limit ? lower_case(limit) : "";
+        // An unknown name (or one of another architecture) limits nothing.
+        if (lower == "scalar" || !(choose(target_named(lower), false) || choose(0, false))) choose_scalar();
     }
-    bool choose(const char* wanted) {
-        const bool any = *wanted == 0;
-        if (any || std::strcmp(wanted, "scalar") != 0) {
-            for (const long long target : hwy::SupportedAndGeneratedTargets()) {
-                if (!usable(target) || (!any && name_of(target) != wanted)) continue;
-                chosen.Update(target);
-                scalar = false;
-                name = name_of(target);
-                return true;
-            }
-            if (!any) return false;
+    // The best usable target, or the best of those not above `wanted` (exactly: only that one).
+    bool choose(long long wanted, bool exactly) {
+        for (const long long target : hwy::SupportedAndGeneratedTargets()) {
+            if (!usable(target) || (exactly ? target != wanted : target < wanted)) continue;
+            chosen.Update(target);
+            scalar = false;
+            name = name_of(target);
+            return true;
         }
+        return false;
+    }
+    void choose_scalar() {
         scalar = true;
         name = "scalar";
-        return true;
     }
 };
 
@@ -68,7 +77,14 @@ State& state() {
 const char* target_name() { return state().name.c_str(); }
 bool scalar_selected() { return state().scalar.load(std::memory_order_relaxed); }
 const hwy::ChosenTarget& chosen_target() { return state().chosen; }
-bool select_target(const std::string& name) { return state().choose(name.c_str()); }
+
+bool select_target(const std::string& name) {
+    if (name == "scalar" || (name.empty() && target_names().size() == 1)) {
+        state().choose_scalar();
+        return true;
+    }
+    return name.empty() ? state().choose(0, false) : state().choose(target_named(name), true);
+}
 
 std::vector<std::string> target_names() {
     std::vector<std::string> names;

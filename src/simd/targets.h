@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Which kernels run. The environment variable BURIN_SIMD (scalar, sse4, avx2, avx3, neon, sve, ...) read at
-// the first use keeps the choice at or below that target.
+// Which kernels run: the best that the machine has, unless the environment variable BURIN_SIMD names another
+// limit. It is read at the first use; upper or lower case; no target above the named one is used (scalar <
+// sse4 < avx2 < avx3 < avx3_dl, scalar < neon < sve < sve2). A name that does not exist limits nothing;
+// target_name() and the report of `burin fuse` tell what runs.
 #pragma once
 
 #include <string>
