@@ -53,41 +53,16 @@ void convert_rows(View<const T> in, const Camera& camera, const DepthImage& imag
 
 }  // namespace
 
-DepthRange DepthTiles::over(int x0, int y0, int x1, int y1) const {
-    x0 = std::max(x0, 0) / kTile;
-    y0 = std::max(y0, 0) / kTile;
-    x1 = std::min(x1 / kTile, width[0] - 1);
-    y1 = std::min(y1 / kTile, height[0] - 1);
-    DepthRange range{0, 0};
-    if (x1 < x0 || y1 < y0) return range;
-    // The level at which the box spans at most 2 x 2 tiles.
-    int n = 0;
-    while (n + 1 < levels && ((x1 >> n) - (x0 >> n) > 1 || (y1 >> n) - (y0 >> n) > 1)) ++n;
-    for (int y = y0 >> n; y <= y1 >> n; ++y)
-        for (int x = x0 >> n; x <= x1 >> n; ++x) {
-            const DepthRange tile = level[n][static_cast<std::ptrdiff_t>(y) * width[n] + x];
-            if (tile.largest == 0) continue;
-            range.least = range.largest == 0 ? tile.least : std::min(range.least, tile.least);
-            range.largest = std::max(range.largest, tile.largest);
-        }
-    return range;
-}
-
 void DepthStage::place(Arena& arena, const DepthOptions& options) {
     options_ = options;
     const std::size_t n = bordered(options.max_width, options.max_height);
     pixels_ = arena.allocate<std::uint16_t>(n, 64);
     if (options.bilateral || options.edge_removal) scratch_ = arena.allocate<std::uint16_t>(n, 64);
     if (options.weighted()) weights_ = arena.allocate<std::uint16_t>(n, 64);
-    std::size_t tiles_in_all = 0;
-    int w = (options.max_width + DepthTiles::kTile - 1) / DepthTiles::kTile;
-    int h = (options.max_height + DepthTiles::kTile - 1) / DepthTiles::kTile;
-    for (int level = 0; level < DepthTiles::kMaxLevels; ++level) {
-        tiles_in_all += static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
-        w = (w + 1) / 2;
-        h = (h + 1) / 2;
-    }
-    ranges_ = arena.allocate<DepthRange>(tiles_in_all, 64);
+    const auto tiles_of = [](int pixels) {
+        return static_cast<std::size_t>((pixels + DepthTiles::kTile - 1) / DepthTiles::kTile);
+    };
+    ranges_ = arena.allocate<DepthRange>(tiles_of(options.max_width) * tiles_of(options.max_height), 64);
 }
 
 void DepthStage::prepare(const FrameView& frame, Jobs& jobs) {
@@ -159,38 +134,31 @@ void DepthStage::prepare(const FrameView& frame, Jobs& jobs) {
 void DepthStage::build_tiles(Jobs& jobs) {
     constexpr int kTile = DepthTiles::kTile;
     tiles = {};
-    tiles.width[0] = (image.width + kTile - 1) / kTile;
-    tiles.height[0] = (image.height + kTile - 1) / kTile;
-    tiles.level[0] = ranges_;
+    tiles.width = (image.width + kTile - 1) / kTile;
+    tiles.height = (image.height + kTile - 1) / kTile;
+    tiles.ranges = ranges_;
     std::atomic<std::uint32_t> valid{0};
     constexpr int kTileRows = kRowBlock / kTile;
-    jobs.run((tiles.height[0] + kTileRows - 1) / kTileRows, [&](int block, int) {
+    jobs.run((tiles.height + kTileRows - 1) / kTileRows, [&](int block, int) {
         int count = 0;
-        for (int ty = block * kTileRows; ty < std::min(tiles.height[0], (block + 1) * kTileRows); ++ty)
+        for (int ty = block * kTileRows; ty < std::min(tiles.height, (block + 1) * kTileRows); ++ty)
             count += simd::tile_ranges(image.pixels + image.offset(0, ty * kTile), image.stride,
                                        std::min(kTile, image.height - ty * kTile), image.width,
-                                       ranges_ + static_cast<std::ptrdiff_t>(ty) * tiles.width[0]);
+                                       ranges_ + static_cast<std::ptrdiff_t>(ty) * tiles.width);
         valid.fetch_add(static_cast<std::uint32_t>(count), std::memory_order_relaxed);
     });
     image.valid = valid.load();
 
-    DepthRange* next = ranges_ + static_cast<std::ptrdiff_t>(tiles.width[0]) * tiles.height[0];
-    int n = 0;
-    for (; n + 1 < DepthTiles::kMaxLevels && (tiles.width[n] > 1 || tiles.height[n] > 1); ++n) {
-        const int w = tiles.width[n], h = tiles.height[n];
-        tiles.width[n + 1] = (w + 1) / 2;
-        tiles.height[n + 1] = (h + 1) / 2;
-        tiles.level[n + 1] = next;
-        for (int y = 0; y < h; y += 2) {
-            const DepthRange* row = tiles.level[n] + static_cast<std::ptrdiff_t>(y) * w;
-            simd::halve_ranges(row, y + 1 < h ? row + w : nullptr, w, next);
-            next += tiles.width[n + 1];
-        }
+    // 0 (no depth) wraps to 65535 in `least - 1`: it never wins the minimum.
+    std::uint16_t below = 65535, largest = 0;
+    const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(tiles.width) * tiles.height;
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        below = std::min(below, static_cast<std::uint16_t>(ranges_[i].least - 1));
+        largest = std::max(largest, ranges_[i].largest);
     }
-    tiles.levels = n + 1;
-    const DepthRange all = tiles.level[n][0];
-    image.nearest_m = static_cast<float>(all.least) * image.unit_m;
-    image.farthest_m = static_cast<float>(all.largest) * image.unit_m;
+    if (largest > 0) tiles.all = {static_cast<std::uint16_t>(below + 1), largest};
+    image.nearest_m = static_cast<float>(tiles.all.least) * image.unit_m;
+    image.farthest_m = static_cast<float>(tiles.all.largest) * image.unit_m;
 }
 
 }  // namespace burin

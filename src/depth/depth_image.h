@@ -31,18 +31,13 @@ struct DepthImage {
 
 using simd::DepthRange;
 
-// Ranges over tiles of kTile x kTile pixels, then over 2x2 of those, and so on until one tile is left.
+// Ranges of depth over tiles of kTile x kTile pixels, packed rows of `width`.
 struct DepthTiles {
     // Pixels; smaller tiles cost more boxes, larger ones mark more than the band.
     static constexpr int kTile = simd::kTileSide;
-    static constexpr int kMaxLevels = 13;  // 4 * 2^12 = 16384 = kMaxImageSide
-    int levels = 0;
-    int width[kMaxLevels] = {}, height[kMaxLevels] = {};
-    const DepthRange* level[kMaxLevels] = {};
-
-    // A range that holds every valid depth in pixels [x0, x1] x [y0, y1], clipped to the image (it may be
-    // wider).
-    DepthRange over(int x0, int y0, int x1, int y1) const;
+    int width = 0, height = 0;
+    const DepthRange* ranges = nullptr;
+    DepthRange all{0, 0};  // of the whole image
 };
 
 struct DepthOptions {

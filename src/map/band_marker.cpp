@@ -102,11 +102,11 @@ void BandMarker::place_window(const Se3& T, float voxel_m) {
 }
 
 void BandMarker::box_tiles(Jobs& jobs) {
-    const int columns = tiles_->width[0];
+    const int columns = tiles_->width;
     box_stride_ = whole_vectors(columns);
     for (int x = 0; x < box_stride_; ++x)
         tile_u_[x] = static_cast<float>(x * kTile) + 0.5f * (kTile - 1);
-    jobs.run(tiles_->height[0], [&](int ty, int) {
+    jobs.run(tiles_->height, [&](int ty, int) {
         float v[16];
         std::uint32_t ranges[16];
         std::fill_n(v, 16, static_cast<float>(ty * kTile) + 0.5f * (kTile - 1));
@@ -115,7 +115,7 @@ void BandMarker::box_tiles(Jobs& jobs) {
         for (int x = 0; x < columns; x += 16) {
             const int count = std::min(16, columns - x);
             std::fill_n(ranges, 16, 0u);
-            std::memcpy(ranges, tiles_->level[0] + static_cast<std::ptrdiff_t>(ty) * columns + x,
+            std::memcpy(ranges, tiles_->ranges + static_cast<std::ptrdiff_t>(ty) * columns + x,
                         static_cast<std::size_t>(count) * sizeof(DepthRange));
             simd::band_boxes(tile_view_, tile_u_ + x, v, ranges, 16, row + x);
         }
@@ -159,14 +159,14 @@ void BandMarker::mark_tiles() {
     const auto same = [](const simd::ChunkBox& a, const simd::ChunkBox& b) {
         return std::memcmp(&a, &b, sizeof a) == 0;
     };
-    for (int ty = 0; ty < tiles_->height[0]; ++ty) {
+    for (int ty = 0; ty < tiles_->height; ++ty) {
         const simd::ChunkBox& bounds = row_bounds_[ty];
         bool apart = bounds.kind == simd::ChunkBox::kNone;
         for (int r = 1; r < 3; ++r)
             apart |= bounds.high[r] < slab_low_[r] || bounds.low[r] >= slab_low_[r] + slab_size_[r];
         if (apart) continue;
         const simd::ChunkBox* row = boxes_ + static_cast<std::ptrdiff_t>(ty) * box_stride_;
-        for (int tx = 0; tx < tiles_->width[0]; ++tx) {
+        for (int tx = 0; tx < tiles_->width; ++tx) {
             const simd::ChunkBox& box = row[tx];
             if (box.kind == simd::ChunkBox::kNone) continue;
             if (box.kind == simd::ChunkBox::kDeep) {

@@ -10,56 +10,42 @@ namespace burin {
 namespace {
 
 constexpr int kTile = DepthTiles::kTile;
+constexpr std::uint32_t kNothing = 0xffffffffu;  // joined with anything, leaves it as it is
 
 int tiles_of(int pixels) { return (pixels + kTile - 1) / kTile; }
 
+// Squares that begin in the image reach over its right end by less than kReach tiles, at each level they are joined
+// from ones that do; what comes from beyond that is another row's.
+int stride_for(int width, int reach) { return (width + 2 * reach + 15) / 16 * 16; }
+
 }  // namespace
 
-// Beyond the image lie as many empty tiles as the largest square reaches; whole vectors of 32.
 void DepthRanges::place(Arena& arena, int max_width, int max_height) {
-    const std::size_t stride = (static_cast<std::size_t>(tiles_of(max_width)) + 2 * kReach + 31) / 32 * 32 + 32;
-    const std::size_t count = stride * (static_cast<std::size_t>(tiles_of(max_height)) + kReach);
-    for (int level = 0; level < kLevels; ++level) {
-        least_[level] = arena.allocate<std::uint16_t>(count, 64);
-        largest_[level] = arena.allocate<std::uint16_t>(count, 64);
-    }
+    const auto stride = static_cast<std::size_t>(stride_for(tiles_of(max_width), kReach));
+    const std::size_t count = stride * (static_cast<std::size_t>(tiles_of(max_height)) + kReach) + kReach;
+    for (int level = 0; level < kLevels; ++level)
+        squares_[level] = arena.allocate<std::uint32_t>(count, 64);
 }
 
 void DepthRanges::build(const DepthTiles& tiles) {
-    width_ = tiles.width[0];
-    height_ = tiles.height[0];
-    stride_ = (width_ + 2 * kReach + 31) / 32 * 32 + 32;
-    all_ = tiles.level[tiles.levels - 1][0];
-    for (int level = 0; level < kLevels; ++level) {
-        if (level > 0)
-            simd::double_ranges(least_[level - 1], largest_[level - 1], height_, stride_, 1 << (level - 1),
-                                least_[level], largest_[level]);
-        // Empty tiles beyond what was computed.
-        const int computed = level == 0 ? 0 : height_;
-        std::fill_n(least_[level] + static_cast<std::ptrdiff_t>(computed) * stride_,
-                    static_cast<std::ptrdiff_t>(height_ + kReach - computed) * stride_, std::uint16_t{65535});
-        std::fill_n(largest_[level] + static_cast<std::ptrdiff_t>(computed) * stride_,
-                    static_cast<std::ptrdiff_t>(height_ + kReach - computed) * stride_, std::uint16_t{0});
-        if (level > 0) {
-            for (int y = 0; y < height_; ++y) {  // the columns that the doubling could not reach
-                const std::ptrdiff_t end = static_cast<std::ptrdiff_t>(y + 1) * stride_;
-                std::fill_n(least_[level] + end - (1 << (level - 1)), 1 << (level - 1), std::uint16_t{65535});
-                std::fill_n(largest_[level] + end - (1 << (level - 1)), 1 << (level - 1), std::uint16_t{0});
-            }
-            continue;
+    width_ = tiles.width;
+    height_ = tiles.height;
+    stride_ = stride_for(width_, kReach);
+    all_ = tiles.all;
+    for (int y = 0; y < height_; ++y) {
+        const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(y) * width_,
+                             to = static_cast<std::ptrdiff_t>(y) * stride_;
+        for (int x = 0; x < width_; ++x) {
+            const std::uint32_t least = tiles.ranges[from + x].least, largest = tiles.ranges[from + x].largest;
+            squares_[0][to + x] = (((least - 1) & 0xffff) + (least != 0)) | (65535 - largest) << 16;
         }
-        for (int y = 0; y < height_; ++y) {
-            const DepthRange* from = tiles.level[0] + static_cast<std::ptrdiff_t>(y) * width_;
-            std::uint16_t* least = least_[0] + static_cast<std::ptrdiff_t>(y) * stride_;
-            std::uint16_t* largest = largest_[0] + static_cast<std::ptrdiff_t>(y) * stride_;
-            for (int x = 0; x < width_; ++x) {
-                // Empty tiles hold least = 0: 0 - 1 wraps to 65535, and no reading is 65535.
-                const auto below = static_cast<std::uint16_t>(from[x].least - 1);
-                least[x] = static_cast<std::uint16_t>(below + (below != 65535));
-                largest[x] = from[x].largest;
-            }
-        }
+        std::fill(squares_[0] + to + width_, squares_[0] + to + stride_, kNothing);
     }
+    for (int level = 0; level < kLevels; ++level)
+        std::fill_n(squares_[level] + static_cast<std::ptrdiff_t>(height_) * stride_,
+                    static_cast<std::ptrdiff_t>(kReach) * stride_ + kReach, kNothing);
+    for (int level = 1; level < kLevels; ++level)
+        simd::double_ranges(squares_[level - 1], height_ * stride_, stride_, 1 << (level - 1), squares_[level]);
 }
 
 DepthRange DepthRanges::over(int x0, int y0, int x1, int y1) const {
@@ -75,11 +61,14 @@ DepthRange DepthRanges::over(int x0, int y0, int x1, int y1) const {
     const int step = 1 << level;
     const std::ptrdiff_t right = std::max(x1 - step + 1 - x0, 0),
                          down = std::ptrdiff_t{std::max(y1 - step + 1 - y0, 0)} * stride_;
-    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y0) * stride_ + x0;
-    const std::uint16_t* least = least_[level] + at;
-    const std::uint16_t* largest = largest_[level] + at;
-    return {std::min(std::min(least[0], least[right]), std::min(least[down], least[down + right])),
-            std::max(std::max(largest[0], largest[right]), std::max(largest[down], largest[down + right]))};
+    const std::uint32_t* at = squares_[level] + static_cast<std::ptrdiff_t>(y0) * stride_ + x0;
+    const std::uint32_t four[4] = {at[0], at[right], at[down], at[down + right]};
+    std::uint32_t least = 65535, above = 65535;
+    for (const std::uint32_t range : four) {
+        least = std::min(least, range & 0xffff);
+        above = std::min(above, range >> 16);
+    }
+    return {static_cast<std::uint16_t>(least), static_cast<std::uint16_t>(65535 - above)};
 }
 
 }  // namespace burin

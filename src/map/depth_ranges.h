@@ -24,11 +24,12 @@ class DepthRanges {
     DepthRange all() const { return all_; }  // of the whole image
 
   private:
-    static constexpr int kLevels = 4;
+    static constexpr int kLevels = 4;                   // squares of 4, 8, 16 and 32 pixels
     static constexpr int kReach = 1 << (kLevels - 1);  // the largest square, tiles
 
-    std::uint16_t* least_[kLevels] = {};
-    std::uint16_t* largest_[kLevels] = {};
+    // The square that begins at tile (x, y) at y * stride_ + x: the least depth, 65535 where there is none, and
+    // 65535 - largest in the upper half. So both are joined by minima.
+    std::uint32_t* squares_[kLevels] = {};
     int width_ = 0, height_ = 0, stride_ = 0;  // tiles
     DepthRange all_{0, 0};
 };

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
 
 #include "map/integrator.h"
 #include "map/projector.h"
@@ -37,25 +36,20 @@ struct ChunkReach {
 
     template <class Job>  // Integrator::Job
     ChunkReach(const Job& job, const simd::ChunkBatch& batch, int i)
-        : projected{batch.base_u[i], batch.base_v[i], batch.base_z[i],
-                    std::numeric_limits<float>::infinity(), false, false} {
-        DepthRange range;
+        : projected{batch.base_u[i], batch.base_v[i], batch.base_z[i], false, false, 1.0f} {
+        DepthRange range = job.ranges.all();
         // Nearer than the truncation, pixels may mean nothing, and missing readings need a test of their own.
-        const bool far_enough = batch.least_z[i] > 32800.0f;
-        if (far_enough) {
+        if (batch.least_z[i] > 32800.0f) {
             const float u0 = batch.least_u[i], u1 = batch.most_u[i], v0 = batch.least_v[i], v1 = batch.most_v[i];
             // Nearest pixels of the image without its border, half a pixel and a little for rounding around.
             const auto pixel = [](float x) { return static_cast<int>(std::min(std::max(x, 0.0f), 1e6f)); };
             range = job.ranges.over(pixel(u0 - 1.51f), pixel(v0 - 1.51f), pixel(u1 - 0.49f), pixel(v1 - 0.49f));
-            projected.inside = u0 > 0 && v0 > 0 && u1 < static_cast<float>(job.image.width) + 1.0f &&
-                               v1 < static_cast<float>(job.image.height) + 1.0f;
-            projected.small = projected.inside && batch.block_reach[i] < simd::kSmallReach;
-        } else {
-            range = job.ranges.all();
+            projected.inside = u0 > 1 && v0 > 1 && u1 < static_cast<float>(job.image.width) &&
+                               v1 < static_cast<float>(job.image.height);
+            projected.small = projected.inside && batch.block_reach[i] < simd::kWindowReach;
         }
         least = static_cast<float>(range.least) * job.units_per_raw;
         most = range.largest == 0 ? -1.0f : static_cast<float>(range.largest) * job.units_per_raw;
-        if (far_enough) projected.farthest = most;
     }
 };
 

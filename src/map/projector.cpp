@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "map/projector.h"
 
-#include <cmath>
-
 namespace burin {
 
 Projector::Projector(const Camera& c, const Se3& T_camera_world, double shift, double scale, double voxel_m) {
@@ -28,9 +26,6 @@ void Projector::fill(simd::ProjectiveOffsets* table) const {
             put(x + (k & 3), y + (k >> 2), z, &block.u[k], &block.v[k], &block.z[k]);
         put(x + 1.5, y + 1.5, z, &table->middle_u[i], &table->middle_v[i], &table->middle_z[i]);
     }
-    for (int i = 0; i < simd::kSlabs; ++i)
-        table->slab_z[i] = static_cast<float>(step(2, 3.5, 4 * (i & 1) + 1.5, i >> 1));
-    table->slab_reach = static_cast<float>(3.5 * std::fabs(row_[2][0]) + 1.5 * std::fabs(row_[2][1]));
 }
 
 void Projector::fill(simd::ColourOffsets* table) const {

@@ -73,18 +73,6 @@ int tile_ranges(const std::uint16_t* pixels, std::ptrdiff_t stride, int rows, in
     return valid;
 }
 
-void halve_ranges(const DepthRange* top, const DepthRange* bottom, int width, DepthRange* out) {
-    for (int x = 0; x < width; x += 2) {
-        DepthRange range = top[x];
-        if (x + 1 < width) range = joined(range, top[x + 1]);
-        if (bottom) {
-            range = joined(range, bottom[x]);
-            if (x + 1 < width) range = joined(range, bottom[x + 1]);
-        }
-        *out++ = range;
-    }
-}
-
 }  // namespace scalar
 
 #if defined(BURIN_SCALAR_ONLY)
@@ -99,9 +87,6 @@ void convert_f32(const float* in, int count, const DepthConversion& c, std::uint
 }
 int tile_ranges(const std::uint16_t* pixels, std::ptrdiff_t stride, int rows, int width, DepthRange* out) {
     return scalar::tile_ranges(pixels, stride, rows, width, out);
-}
-void halve_ranges(const DepthRange* top, const DepthRange* bottom, int width, DepthRange* out) {
-    scalar::halve_ranges(top, bottom, width, out);
 }
 #endif
 

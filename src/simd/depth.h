@@ -43,17 +43,12 @@ inline constexpr int kTileSide = 4;  // pixels
 // Returns how many pixels are not 0. width <= 16384.
 int tile_ranges(const std::uint16_t* pixels, std::ptrdiff_t stride, int rows, int width, DepthRange* out);
 
-// The next level of the pyramid: two rows of `width` ranges to (width + 1) / 2, each over 2 x 2. `bottom` may
-// be null (the last row of an odd height).
-void halve_ranges(const DepthRange* top, const DepthRange* bottom, int width, DepthRange* out);
-
 // What the functions above specify, one lane at a time.
 namespace scalar {
 void keep_in_range(const std::uint16_t* in, int count, RawRange range, std::uint16_t* out);
 void convert_u16(const std::uint16_t* in, int count, const DepthConversion& c, std::uint16_t* out);
 void convert_f32(const float* in, int count, const DepthConversion& c, std::uint16_t* out);
 int tile_ranges(const std::uint16_t* pixels, std::ptrdiff_t stride, int rows, int width, DepthRange* out);
-void halve_ranges(const DepthRange* top, const DepthRange* bottom, int width, DepthRange* out);
 }  // namespace scalar
 
 }  // namespace burin::simd

@@ -31,9 +31,6 @@ void ConvertF32(const float* in, int count, const DepthConversion& c, std::uint1
 int TileRanges(const std::uint16_t* pixels, std::ptrdiff_t stride, int rows, int width, DepthRange* out) {
     return scalar::tile_ranges(pixels, stride, rows, width, out);
 }
-void HalveRanges(const DepthRange* top, const DepthRange* bottom, int width, DepthRange* out) {
-    scalar::halve_ranges(top, bottom, width, out);
-}
 
 #else
 
@@ -164,33 +161,6 @@ int TileRanges(const std::uint16_t* pixels, std::ptrdiff_t stride, int rows, int
     return seen;
 }
 
-void HalveRanges(const DepthRange* top, const DepthRange* bottom, int width, DepthRange* out) {
-    const D16 d16;
-    const D32 d32;
-    const int lanes = static_cast<int>(hn::Lanes(d32));
-    const auto low_half = hn::BitCast(d16, hn::Set(d32, 0xffffu));
-    // Negates the lower half of every range: then its maximum is what is wanted, as above.
-    const auto flip = [&](hn::Vec<D16> v) {
-        return hn::IfVecThenElse(low_half, hn::Sub(hn::Zero(d16), v), v);
-    };
-    const auto load = [&](const DepthRange* r) {
-        return flip(hn::BitCast(d16, hn::LoadU(d32, reinterpret_cast<const std::uint32_t*>(r))));
-    };
-    const auto column = [&](int x) {
-        const auto v = load(top + x);
-        return hn::BitCast(d32, bottom ? hn::Max(v, load(bottom + x)) : v);
-    };
-    int x = 0;
-    for (; x + 2 * lanes <= width; x += 2 * lanes) {
-        const auto left = column(x), right = column(x + lanes);
-        const auto even = hn::BitCast(d16, hn::ConcatEven(d32, right, left)),
-                   odd = hn::BitCast(d16, hn::ConcatOdd(d32, right, left));
-        hn::StoreU(hn::BitCast(d32, flip(hn::Max(even, odd))), d32,
-                   reinterpret_cast<std::uint32_t*>(out + x / 2));
-    }
-    scalar::halve_ranges(top + x, bottom ? bottom + x : nullptr, width - x, out + x / 2);
-}
-
 #endif  // HWY_SCALAR
 
 }  // namespace burin::simd::HWY_NAMESPACE
@@ -203,7 +173,6 @@ HWY_EXPORT(KeepInRange);
 HWY_EXPORT(ConvertU16);
 HWY_EXPORT(ConvertF32);
 HWY_EXPORT(TileRanges);
-HWY_EXPORT(HalveRanges);
 
 void keep_in_range(const std::uint16_t* in, int count, RawRange range, std::uint16_t* out) {
     if (scalar_selected()) return scalar::keep_in_range(in, count, range, out);
@@ -223,11 +192,6 @@ void convert_f32(const float* in, int count, const DepthConversion& c, std::uint
 int tile_ranges(const std::uint16_t* pixels, std::ptrdiff_t stride, int rows, int width, DepthRange* out) {
     if (scalar_selected()) return scalar::tile_ranges(pixels, stride, rows, width, out);
     return BURIN_DISPATCH(TileRanges)(pixels, stride, rows, width, out);
-}
-
-void halve_ranges(const DepthRange* top, const DepthRange* bottom, int width, DepthRange* out) {
-    if (scalar_selected()) return scalar::halve_ranges(top, bottom, width, out);
-    BURIN_DISPATCH(HalveRanges)(top, bottom, width, out);
 }
 
 }  // namespace burin::simd

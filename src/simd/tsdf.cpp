@@ -59,7 +59,7 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
         const float v = std::min(std::max((chunk.v + block.v[at]) * inverse_z, 0.0f), v_max);
         const int pixel = round_to_int(v) * frame.stride + round_to_int(u);
         const std::uint16_t raw = frame.pixels[pixel];
-        const float s = static_cast<float>(raw) * unit - z;
+        const float s = (static_cast<float>(raw) * unit - z) * chunk.along;
         const float tau =
             frame.truncation.quadratic
                 ? frame.truncation.at(static_cast<float>(raw) * frame.unit_m) * to_units

@@ -30,22 +30,20 @@ struct ProjectiveOffsets {
     };
     alignas(64) Block block[kBlocks];
     alignas(64) float middle_u[kBlocks], middle_v[kBlocks], middle_z[kBlocks];  // of the blocks
-    alignas(64) float slab_z[kSlabs];  // middles of the slabs
-    float slab_reach;                  // and how far in z their voxels lie to either side, at most
 };
 struct ProjectiveBase {
     float u, v, z;  // of voxel 0
 };
 
-// A chunk in the image. The hints below only save work; false and infinity are always right.
+// A chunk in the image. The hints only save work; false is always right.
 struct ProjectedChunk {
-    float u, v, z;   // of voxel 0
-    float farthest;  // no reading where the chunk's voxels fall is farther, stored units
-    bool inside;     // all voxels fall into the image or onto its border, and lie farther than 32768 units
-    bool small;      // inside, and no voxel of a block of 4x4x1 falls farther than kSmallReach pixels (in u or in
-                     // v) from where the block's middle does
+    float u, v, z;  // of voxel 0
+    bool inside;    // all voxels fall into the image, and lie farther than 32768 units
+    bool small;     // inside, and no voxel of a block falls farther than kWindowReach pixels (in u or in v) from where
+                    // the block's middle does
+    float along;    // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
 };
-inline constexpr float kSmallReach = 3.45f;  // 8x8 pixels around the middle hold the block, rounding included
+inline constexpr float kWindowReach = 3.45f;  // 8x8 pixels around the middle hold a block, rounding included
 
 struct TruncationModel {
     float

@@ -7,7 +7,6 @@
 // needed, since a missing reading (0) fails the band test by itself: `Simple`. Where the processor looks up 64
 // entries in one instruction, and 4x4 voxels span at most 8x8 pixels, the pixels go through registers:
 // `Windowed`.
-#include <bit>
 #include <cstring>
 
 #include "simd/tsdf.h"
@@ -139,7 +138,7 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
 
     const auto zero = hn::Zero(df), unit = hn::Set(df, frame.unit_m * to_units), scale = hn::Set(df, 32767.0f),
                lowest = hn::Set(df, -32768.0f), scale_m = hn::Set(df, to_units),
-               start = hn::Set(df, frame.drop_start_m * to_units);
+               start = hn::Set(df, frame.drop_start_m * to_units), along = hn::Set(df, chunk.along);
     const auto free_i = hn::Set(di, kFree), unseen = hn::Set(di, kUnseen);
     Observation seen{false, false};
     for (int row = 0; row < kSlabs * kBlockVoxels; row += lanes) {  // of 4, through the left blocks of all slabs
@@ -149,7 +148,7 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
             const int i = (2 * slab + half) * kBlockVoxels + at;
             const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
             const auto reading = hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(du16, raw + i)));
-            const auto s = hn::Sub(hn::Mul(reading, unit), z);
+            const auto s = hn::Mul(hn::Sub(hn::Mul(reading, unit), z), along);
             auto tau = scale;
             if constexpr (kQuadratic) {
                 const TruncationModel& t = frame.truncation;
@@ -189,32 +188,11 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
     return seen;
 }
 
-// Distances, not yet narrowed, from readings and the voxels' own depths.
-HWY_INLINE hn::Vec<DI> Distance(hn::Vec<DI> reading, hn::Vec<DF> unit, hn::Vec<DF> z) {
-    return RoundInRange(hn::Sub(hn::Mul(hn::ConvertTo(DF(), reading), unit), z));
-}
-
-// The slabs of 8x4x1 voxels that are not hidden as a whole behind the farthest reading, as bits; the others are
-// set to kUnseen.
-HWY_INLINE unsigned VisibleSlabs(const DepthProjection& frame, const ProjectedChunk& chunk,
-                                 std::int16_t* HWY_RESTRICT distances) {
-    const DF df;
-    // 32768 behind the farthest, and a little for rounding: 16 steps of single precision.
-    const float hidden_from = (chunk.farthest + 32768.0f) * 1.000001f + frame.offsets.slab_reach - chunk.z;
-    unsigned hidden = 0;
-    for (std::size_t i = 0; i < 16; i += hn::Lanes(df)) {
-        std::uint8_t bits[8] = {};
-        hn::StoreMaskBits(df, hn::Gt(hn::Load(df, frame.offsets.slab_z + i), hn::Set(df, hidden_from)), bits);
-        std::uint16_t word;
-        std::memcpy(&word, bits, 2);
-        hidden |= static_cast<unsigned>(word) << i;
-    }
-    const DFull16Part d16;
-    for (unsigned left = hidden & 0xffff; left != 0; left &= left - 1) {
-        std::int16_t* to = distances + 32 * std::countr_zero(left);
-        for (int i = 0; i < 32; i += static_cast<int>(hn::Lanes(d16))) hn::Store(hn::Set(d16, kUnseen), d16, to + i);
-    }
-    return ~hidden & 0xffff;
+// Distances, not yet narrowed, from readings and the voxels' own depths. kAlong false: along == 1.
+template <bool kAlong>
+HWY_INLINE hn::Vec<DI> Distance(hn::Vec<DI> reading, hn::Vec<DF> unit, hn::Vec<DF> z, hn::Vec<DF> along) {
+    const auto s = hn::Sub(hn::Mul(hn::ConvertTo(DF(), reading), unit), z);
+    return RoundInRange(kAlong ? hn::Mul(s, along) : s);
 }
 
 // A slab's share of what is wanted next.
@@ -223,6 +201,7 @@ HWY_INLINE void AskFor(const char* bytes) {
     __builtin_prefetch(bytes + 64, 1, 3);
 }
 
+template <bool kAlong>
 Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
                    std::int16_t* HWY_RESTRICT distances, const char* ahead) {
     const DF df;
@@ -231,35 +210,31 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
     const int lanes = static_cast<int>(hn::Lanes(df));
     alignas(64) std::int32_t pixel[kChunkVoxels];
     alignas(64) std::uint16_t raw[kChunkVoxels];
-    const unsigned visible = VisibleSlabs(frame, chunk, distances);
-    const int count = std::popcount(visible);
     const auto stride = hn::Set(di, frame.stride);
     std::int32_t* next = pixel;
-    for (unsigned left = visible; left != 0; left &= left - 1) {
-        const ProjectiveOffsets::Block* slab = frame.offsets.block + 2 * std::countr_zero(left);
-        AskFor(ahead + 128 * std::countr_zero(left));
+    for (int block = 0; block < kBlocks; block += 2) {
+        AskFor(ahead + 64 * block);
         for (int at = 0; at < kBlockVoxels; at += lanes)
             for (int half = 0; half < 2; ++half, next += lanes) {
-                const Projected p = Project(slab[half], at, chunk);
+                const Projected p = Project(frame.offsets.block[block + half], at, chunk);
                 hn::Store(hn::Add(hn::Mul(RoundInRange(p.v), stride), RoundInRange(p.u)), di, next);
             }
     }
-    for (int i = 0; i < 2 * kBlockVoxels * count; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
-    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), base_z = hn::Set(df, chunk.z);
+    for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
+    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), base_z = hn::Set(df, chunk.z),
+               along = hn::Set(df, chunk.along);
     Found found;
     const std::uint16_t* reading = raw;
-    for (unsigned left = visible; left != 0; left &= left - 1) {
-        const int slab = std::countr_zero(left);
+    for (int block = 0; block < kBlocks; block += 2)
         for (int at = 0; at < kBlockVoxels; at += lanes) {
             hn::Vec<DI> halves[2];
             for (int half = 0; half < 2; ++half, reading += lanes) {
-                const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
-                halves[half] = Distance(hn::PromoteTo(di, hn::Load(du16, reading)), unit, z);
+                const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.block[block + half].z + at));
+                halves[half] = Distance<kAlong>(hn::PromoteTo(di, hn::Load(du16, reading)), unit, z, along);
             }
             found.Add(halves[0], halves[1]);
-            StoreRows(halves[0], halves[1], distances + 2 * (slab * kBlockVoxels + at));
+            StoreRows(halves[0], halves[1], distances + block * kBlockVoxels + 2 * at);
         }
-    }
     return found.Get();
 }
 
@@ -281,19 +256,20 @@ HWY_INLINE Window LoadWindow(const std::uint16_t* from, std::ptrdiff_t stride) {
     return {rows(from), rows(from + 4 * stride)};
 }
 
+template <bool kAlong>
 Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
                      std::int16_t* HWY_RESTRICT distances, const char* ahead) {
     const DF df;
     const DI di;
     constexpr int kLanes = 16;
-    // The window of each block of 4x4x1 voxels: 8x8 pixels around the projection of its middle, in the image.
-    alignas(64) std::int32_t corner[32], first[32];
+    // The window of each block: 8x8 pixels around the projection of its middle, in the image.
+    alignas(64) std::int32_t corner[kBlocks], first[kBlocks];
     const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), middle = hn::Set(df, 3.5f);
     const auto base_u = hn::Set(df, chunk.u), base_v = hn::Set(df, chunk.v), base_z = hn::Set(df, chunk.z);
     const auto last_column = hn::Set(df, static_cast<float>(frame.width + 2 - 8)),
                last_row = hn::Set(df, static_cast<float>(frame.height + 2 - 8));
     const auto stride = hn::Set(di, frame.stride);
-    for (int i = 0; i < 32; i += kLanes) {
+    for (int i = 0; i < kBlocks; i += kLanes) {
         const auto inverse_z = hn::Div(one, hn::Add(base_z, hn::Load(df, frame.offsets.middle_z + i)));
         const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, frame.offsets.middle_u + i)), inverse_z);
         const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, frame.offsets.middle_v + i)), inverse_z);
@@ -302,31 +278,30 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
         hn::Store(hn::Add(hn::Mul(row, stride), column), di, corner + i);
         hn::Store(hn::Add(hn::ShiftLeft<3>(row), column), di, first + i);
     }
-    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m());
+    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), along = hn::Set(df, chunk.along);
     constexpr __mmask32 kEven = 0x55555555;
-    Found found;
     const std::uint16_t* const pixels = frame.pixels;
     const std::ptrdiff_t row_step = frame.stride;
-    for (unsigned left = VisibleSlabs(frame, chunk, distances); left != 0; left &= left - 1) {
-        const int slab = std::countr_zero(left);
-        AskFor(ahead + 128 * slab);
-        const ProjectiveOffsets::Block* blocks = frame.offsets.block + 2 * slab;
+    Found found;
+    for (int block = 0; block < kBlocks; block += 2) {
+        AskFor(ahead + 64 * block);
         hn::Vec<DI> halves[2];
         for (int half = 0; half < 2; ++half) {
-            const auto z = hn::Add(base_z, hn::Load(df, blocks[half].z));
+            const ProjectiveOffsets::Block& offsets = frame.offsets.block[block + half];
+            const auto z = hn::Add(base_z, hn::Load(df, offsets.z));
             const auto inverse_z = hn::Div(one, z);
-            const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, blocks[half].u)), inverse_z);
-            const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, blocks[half].v)), inverse_z);
+            const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, offsets.u)), inverse_z);
+            const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, offsets.v)), inverse_z);
             // Row and column in the window, 3 bits each; the look-up ignores higher ones.
             const auto index = hn::Sub(hn::Add(hn::ShiftLeft<3>(RoundInRange(v)), RoundInRange(u)),
-                                       hn::Set(di, first[2 * slab + half]));
-            const Window window = LoadWindow(pixels + corner[2 * slab + half], row_step);
+                                       hn::Set(di, first[block + half]));
+            const Window window = LoadWindow(pixels + corner[block + half], row_step);
             const hn::Vec<DI> reading{
                 _mm512_maskz_permutex2var_epi16(kEven, window.low, index.raw, window.high)};
-            halves[half] = Distance(reading, unit, z);
+            halves[half] = Distance<kAlong>(reading, unit, z, along);
         }
         found.Add(halves[0], halves[1]);
-        StoreRows(halves[0], halves[1], distances + 32 * slab);
+        StoreRows(halves[0], halves[1], distances + kBlockVoxels * block);
     }
     return found.Get();
 }
@@ -343,10 +318,13 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
 
     if (!chunk.inside) return Careful<false, false>(frame, chunk, distances, weights);
     const auto* next = static_cast<const char*>(ahead ? ahead : distances);
+    const bool along = chunk.along != 1.0f;
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    if (chunk.small && frame.width > 8 && frame.height > 8) return Windowed(frame, chunk, distances, next);
+    if (chunk.small && frame.width > 8 && frame.height > 8)
+        return along ? Windowed<true>(frame, chunk, distances, next)
+                     : Windowed<false>(frame, chunk, distances, next);
 #endif
-    return Simple(frame, chunk, distances, next);
+    return along ? Simple<true>(frame, chunk, distances, next) : Simple<false>(frame, chunk, distances, next);
 }
 
 #endif  // HWY_SCALAR

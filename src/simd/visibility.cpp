@@ -45,17 +45,13 @@ void project_chunks(const ChunkProjection& p, ChunkBatch* batch) {
     }
 }
 
-void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
-                   int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x + side < stride; ++x) {
-            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(y) * stride + x;
-            const std::ptrdiff_t below = i + static_cast<std::ptrdiff_t>(side) * stride;
-            to_least[i] = std::min(std::min(from_least[i], from_least[i + side]),
-                                   std::min(from_least[below], from_least[below + side]));
-            to_largest[i] = std::max(std::max(from_largest[i], from_largest[i + side]),
-                                     std::max(from_largest[below], from_largest[below + side]));
-        }
+void double_ranges(const std::uint32_t* from, int count, int stride, int side, std::uint32_t* to) {
+    const auto joined = [](std::uint32_t a, std::uint32_t b) {
+        return std::min(a & 0xffff, b & 0xffff) | std::min(a & 0xffff0000u, b & 0xffff0000u);
+    };
+    const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(side) * stride;
+    for (int i = 0; i < count; ++i)
+        to[i] = joined(joined(from[i], from[i + side]), joined(from[i + down], from[i + down + side]));
 }
 
 }  // namespace scalar
@@ -64,9 +60,8 @@ void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_la
 void project_chunks(const ChunkProjection& projection, ChunkBatch* batch) {
     scalar::project_chunks(projection, batch);
 }
-void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
-                   int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
-    scalar::double_ranges(from_least, from_largest, height, stride, side, to_least, to_largest);
+void double_ranges(const std::uint32_t* from, int count, int stride, int side, std::uint32_t* to) {
+    scalar::double_ranges(from, count, stride, side, to);
 }
 #endif
 

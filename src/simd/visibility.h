@@ -35,19 +35,15 @@ struct ChunkBatch {
 // above 0. |x|, |y|, |z| < 2^20.
 void project_chunks(const ChunkProjection& projection, ChunkBatch* batch);
 
-// Ranges over squares of 2^level tiles whose first tile is (x, y), at y * stride + x. A tile without any
-// reading has least 65535 and largest 0. Squares reach beyond the image as if it were surrounded by such tiles.
-// Doubles the squares of `from` (side 2^level tiles) to `to`: to(x, y) = from(x, y) | from(x + side, y) |
-// from(x, y + side) | from(x + side, y + side), side = 2^level. Rows have room for `stride` values, stride a
-// multiple of 32 and at least width + 2 side + 31; rows height..height + side - 1 exist, and all beyond
-// the image hold such empty tiles.
-void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
-                   int side, std::uint16_t* to_least, std::uint16_t* to_largest);
+// Joins ranges (two 16-bit minima each) of squares of `side` tiles to squares of twice the
+// side, over a plane of `count` values in rows of `stride`: to[i] = from[i], from[i + side], from[i + down] and
+// from[i + side + down] joined, down = side * stride. At the end of a row that takes in the beginning of another:
+// the caller leaves room there. count: a multiple of 16; from has count + side + down values.
+void double_ranges(const std::uint32_t* from, int count, int stride, int side, std::uint32_t* to);
 
 namespace scalar {
 void project_chunks(const ChunkProjection& projection, ChunkBatch* batch);
-void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
-                   int side, std::uint16_t* to_least, std::uint16_t* to_largest);
+void double_ranges(const std::uint32_t* from, int count, int stride, int side, std::uint32_t* to);
 }  // namespace scalar
 
 }  // namespace burin::simd

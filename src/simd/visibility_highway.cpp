@@ -20,9 +20,8 @@ namespace burin::simd::HWY_NAMESPACE {
 void ProjectChunks(const ChunkProjection& projection, ChunkBatch* batch) {
     scalar::project_chunks(projection, batch);
 }
-void DoubleRanges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
-                  int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
-    scalar::double_ranges(from_least, from_largest, height, stride, side, to_least, to_largest);
+void DoubleRanges(const std::uint32_t* from, int count, int stride, int side, std::uint32_t* to) {
+    scalar::double_ranges(from, count, stride, side, to);
 }
 
 #else
@@ -83,27 +82,16 @@ void ProjectChunks(const ChunkProjection& p, ChunkBatch* batch) {
     }
 }
 
-void DoubleRanges(const std::uint16_t* HWY_RESTRICT from_least, const std::uint16_t* HWY_RESTRICT from_largest,
-                  int height, int stride, int side, std::uint16_t* HWY_RESTRICT to_least,
-                  std::uint16_t* HWY_RESTRICT to_largest) {
-    const hn::CappedTag<std::uint16_t, 32> d;
-    const int lanes = static_cast<int>(hn::Lanes(d));
+void DoubleRanges(const std::uint32_t* HWY_RESTRICT from, int count, int stride, int side,
+                  std::uint32_t* HWY_RESTRICT to) {
+    const hn::CappedTag<std::uint16_t, 32> d16;
+    const hn::Repartition<std::uint32_t, decltype(d16)> d32;
     const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(side) * stride;
-    for (int y = 0; y < height; ++y) {
-        const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * stride;
-        for (int x = 0; x + side < stride; x += lanes) {
-            // The last vector of a row is drawn back, so that it ends where the row may be read.
-            const std::ptrdiff_t i = row + (x + side + lanes <= stride ? x : stride - side - lanes);
-            const auto least = hn::Min(hn::Min(hn::LoadU(d, from_least + i), hn::LoadU(d, from_least + i + side)),
-                                       hn::Min(hn::LoadU(d, from_least + i + down),
-                                               hn::LoadU(d, from_least + i + down + side)));
-            const auto largest =
-                hn::Max(hn::Max(hn::LoadU(d, from_largest + i), hn::LoadU(d, from_largest + i + side)),
-                        hn::Max(hn::LoadU(d, from_largest + i + down),
-                                hn::LoadU(d, from_largest + i + down + side)));
-            hn::StoreU(least, d, to_least + i);
-            hn::StoreU(largest, d, to_largest + i);
-        }
+    const auto load = [&](const std::uint32_t* p) { return hn::BitCast(d16, hn::LoadU(d32, p)); };
+    for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d32))) {
+        const auto top = hn::Min(load(from + i), load(from + i + side));
+        const auto bottom = hn::Min(load(from + i + down), load(from + i + down + side));
+        hn::StoreU(hn::BitCast(d32, hn::Min(top, bottom)), d32, to + i);
     }
 }
 
@@ -123,11 +111,9 @@ void project_chunks(const ChunkProjection& projection, ChunkBatch* batch) {
     BURIN_DISPATCH(ProjectChunks)(projection, batch);
 }
 
-void double_ranges(const std::uint16_t* from_least, const std::uint16_t* from_largest, int height, int stride,
-                   int side, std::uint16_t* to_least, std::uint16_t* to_largest) {
-    if (scalar_selected())
-        return scalar::double_ranges(from_least, from_largest, height, stride, side, to_least, to_largest);
-    BURIN_DISPATCH(DoubleRanges)(from_least, from_largest, height, stride, side, to_least, to_largest);
+void double_ranges(const std::uint32_t* from, int count, int stride, int side, std::uint32_t* to) {
+    if (scalar_selected()) return scalar::double_ranges(from, count, stride, side, to);
+    BURIN_DISPATCH(DoubleRanges)(from, count, stride, side, to);
 }
 
 }  // namespace burin::simd

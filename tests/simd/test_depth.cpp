@@ -133,26 +133,6 @@ TEST_P(Depth, TilesOfTheWidestImage) {
     for (const DepthRange& r : ranges) ASSERT_EQ(r, (DepthRange{65535, 65535}));
 }
 
-TEST_P(Depth, LevelsOfThePyramid) {
-    Rng rng(104);
-    for (int width = 1; width <= 150; ++width) {
-        const auto n = static_cast<std::size_t>(width);
-        auto top = tight<DepthRange>(n, {0, 0}), bottom = top;
-        for (auto* row : {&top, &bottom})
-            for (DepthRange& r : *row) {
-                const std::uint16_t a = any_depth(rng, 70), b = any_depth(rng, 100);
-                r = a == 0 || b == 0 ? DepthRange{0, 0} : DepthRange{std::min(a, b), std::max(a, b)};
-            }
-        for (const DepthRange* below :
-             {static_cast<const DepthRange*>(nullptr), static_cast<const DepthRange*>(bottom.data())}) {
-            auto got = tight<DepthRange>((n + 1) / 2 + 1, {9, 9}), expected = got;
-            halve_ranges(top.data(), below, width, got.data());
-            scalar::halve_ranges(top.data(), below, width, expected.data());
-            ASSERT_TRUE(same_bytes(got, expected)) << width;
-        }
-    }
-}
-
 BURIN_EVERY_TARGET(Depth);
 
 }  // namespace
