@@ -48,10 +48,10 @@ for dataset in "${datasets[@]}"; do
             row "open3d-$kind" "$(get "$out.json" 'frames;none;integrate_p50_ms;integrate_mean_ms;integrate_p95_ms;extract_ms;peak_rss_bytes;vertices;triangles')"
         done
         out=$results/$name-burin-$threads
-        # Like Open3D: no filter, voxels seen once count, no limit to jumps, all components stay. Carving is on: Open3D
+        # Like Open3D: distances along the viewing ray, no filter, voxels seen once count, no limit to jumps, all components stay. Carving is on: Open3D
         # clears space too, in every voxel of the 16^3 blocks it touches.
-        "$burin" fuse "$dataset" -o "$out" "${common[@]}" --threads "$threads" --no-colour --min-weight 1 \
-            --max-jump 100 --min-component 0 --budget "${BURIN_PEERS_BUDGET:-1GiB}" --quiet
+        "$burin" fuse "$dataset" -o "$out" "${common[@]}" --threads "$threads" --no-colour --truncation-along ray \
+            --min-weight 1 --max-jump 100 --min-component 0 --budget "${BURIN_PEERS_BUDGET:-1GiB}" --quiet
         row burin "$(get "$out/report.json" 'tracked;stages.depth.mean_ms;stages.integrate.p50_ms;stages.integrate.mean_ms;stages.integrate.p95_ms;stages.mesh.mean_ms;memory.peak_rss_bytes'),$(ply_count "$out/mesh.ply" vertex),$(ply_count "$out/mesh.ply" face)"
     done
     agreement=$results/$name-agreement.json

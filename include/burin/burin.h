@@ -66,6 +66,12 @@ typedef enum burin_truncation {
                                       2015), never below truncation_voxels voxels */
 } burin_truncation;
 
+typedef enum burin_truncation_along {
+    BURIN_TRUNCATION_ALONG_AXIS = 0, /* distances are depth - z (KinectFusion) */
+    BURIN_TRUNCATION_ALONG_RAY = 1   /* distances along the viewing ray (Curless & Levoy, Open3D): off the
+                                        axis the band is narrower in z */
+} burin_truncation_along;
+
 typedef enum burin_weight {
     BURIN_WEIGHT_CONSTANT = 0,  /* 1 for every observation */
     BURIN_WEIGHT_INVERSE_Z2 = 1 /* (1 m / z)^2, between 1/64 and 4: the inverse of a stereo sensor's noise */
@@ -103,7 +109,8 @@ typedef struct burin_config {
     uint32_t max_height;
     uint32_t threads; /* worker threads counting the caller, 1 .. 64. Default 1. Their stacks are not in the
                          budget. The map does not depend on it */
-    uint32_t reserved[8]; /* zero */
+    uint32_t truncation_along; /* a burin_truncation_along: how signed distances are measured. Default axis */
+    uint32_t reserved[7];      /* zero */
 } burin_config;
 
 #define BURIN_CONFIG_VERSION 1u

@@ -35,6 +35,7 @@ Status check_config(const burin_config& c) {
     BURIN_TRY(in_range("truncation_voxels", c.truncation_voxels, 2, 32));
     BURIN_TRY(in_range("truncation", c.truncation, 0, BURIN_TRUNCATION_QUADRATIC));
     BURIN_TRY(in_range("truncation_scale", c.truncation_scale, 1, 32));
+    BURIN_TRY(in_range("truncation_along", c.truncation_along, 0, BURIN_TRUNCATION_ALONG_RAY));
     BURIN_TRY(in_range("min_depth_m", c.min_depth_m, 0.01, 49));
     BURIN_TRY(in_range("max_depth_m", c.max_depth_m, c.min_depth_m, 50));
     BURIN_TRY(in_range("weight", c.weight, 0, BURIN_WEIGHT_INVERSE_Z2));
@@ -79,6 +80,7 @@ FusionOptions options_of(const burin_config& c) {
     o.integration.drop = static_cast<simd::Drop>(c.drop);
     o.integration.drop_start_m = c.voxel_m;
     o.integration.max_weight = static_cast<std::uint16_t>(c.max_weight * simd::kWeightOne);
+    o.integration.along_ray = c.truncation_along == BURIN_TRUNCATION_ALONG_RAY;
     o.integration.carve = c.carve != 0;
 
     o.volume.colour = c.colour != 0;

@@ -122,6 +122,9 @@ void MapOptions::add_to(CLI::App& app) {
         ->capture_default_str();
     app.add_option("--truncation-scale", config.truncation_scale, "factor of the quadratic model")
         ->capture_default_str();
+    app.add_option("--truncation-along", truncation_along,
+                   "axis: distances are depth - z; or ray: along the viewing ray, as Open3D does")
+        ->capture_default_str();
     app.add_option("--min-depth", config.min_depth_m, "nearer readings are ignored, metres")
         ->capture_default_str();
     app.add_option("--max-depth", config.max_depth_m, "farther readings are ignored, metres")
@@ -157,6 +160,7 @@ Status MapOptions::finish() {
     BURIN_TRY(choice("--weight", weight, {"constant", "inverse-z2"}, &config.weight));
     BURIN_TRY(choice("--drop", drop, {"none", "linear", "exponential"}, &config.drop));
     BURIN_TRY(choice("--truncation-model", truncation_model, {"constant", "quadratic"}, &config.truncation));
+    BURIN_TRY(choice("--truncation-along", truncation_along, {"axis", "ray"}, &config.truncation_along));
     if (!parse_bytes(budget, &config.budget_bytes))
         return Status::error(Code::invalid_argument, "--budget: '%s', expected a size such as 64MiB or 1GiB",
                              budget.c_str());

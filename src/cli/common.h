@@ -54,7 +54,8 @@ nlohmann::json stage_summary(std::vector<double> ms);
 // The configuration shared by fuse, mesh and render of maps: flags mirror the fields of burin_config.
 struct MapOptions {
     burin_config config = burin_config_default();
-    std::string budget = "256MiB", weight = "constant", drop = "none", truncation_model = "constant";
+    std::string budget = "256MiB", weight = "constant", drop = "none", truncation_model = "constant",
+                truncation_along = "axis";
     bool no_colour = false, no_carve = false;
 
     MapOptions();

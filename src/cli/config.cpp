@@ -35,6 +35,7 @@ void add_config(CLI::App& app, int* exit) {
             {"truncation_voxels", c.truncation_voxels, "voxels, 2..32 (--truncation)"},
             {"truncation", map->truncation_model, "constant or quadratic (--truncation-model)"},
             {"truncation_scale", c.truncation_scale, "1..32, quadratic model (--truncation-scale)"},
+            {"truncation_along", map->truncation_along, "axis or ray (--truncation-along)"},
             {"min_depth_m", c.min_depth_m, "metres, >= 0.01 (--min-depth)"},
             {"max_depth_m", c.max_depth_m, "metres, <= 50 and 10000 voxels (--max-depth)"},
             {"weight", map->weight, "constant or inverse-z2 (--weight)"},

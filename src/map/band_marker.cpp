@@ -170,7 +170,7 @@ void BandMarker::mark_tiles() {
             const simd::ChunkBox& box = row[tx];
             if (box.kind == simd::ChunkBox::kNone) continue;
             if (box.kind == simd::ChunkBox::kDeep) {
-                mark_pixels(tx, ty);
+                mark_deep(tx, ty);
                 continue;
             }
             if (tx > 0 && same(box, row[tx - 1])) continue;
@@ -180,7 +180,34 @@ void BandMarker::mark_tiles() {
     }
 }
 
-// A tile across a jump in depth: pixel by pixel.
+// A tile across a jump in depth: as its nearer and its farther half of the range, if these are not deep too.
+void BandMarker::mark_deep(int tx, int ty) {
+    const DepthRange range = tiles_->ranges[static_cast<std::ptrdiff_t>(ty) * tiles_->width + tx];
+    const int middle = (range.least + range.largest) / 2;
+    int near_largest = 0, far_least = 65535;
+    for (int y = ty * kTile; y < std::min((ty + 1) * kTile, image_->height); ++y)
+        for (int x = tx * kTile; x < std::min((tx + 1) * kTile, image_->width); ++x) {
+            const int raw = image_->at(x, y);
+            if (raw <= middle)
+                near_largest = std::max(near_largest, raw);
+            else
+                far_least = std::min(far_least, raw);
+        }
+    float u[16], v[16];
+    std::fill_n(u, 16, tile_u_[tx]);
+    std::fill_n(v, 16, static_cast<float>(ty * kTile) + 0.5f * (kTile - 1));
+    const std::uint32_t halves[16] = {
+        static_cast<std::uint32_t>(range.least) | static_cast<std::uint32_t>(near_largest) << 16,
+        static_cast<std::uint32_t>(far_least) | static_cast<std::uint32_t>(range.largest) << 16};
+    simd::ChunkBox boxes[16];
+    simd::band_boxes(tile_view_, u, v, halves, 2, boxes);
+    if (boxes[0].kind == simd::ChunkBox::kDeep || boxes[1].kind == simd::ChunkBox::kDeep)
+        return mark_pixels(tx, ty);
+    mark(boxes[0]);
+    mark(boxes[1]);
+}
+
+// A tile with readings all over a deep range: pixel by pixel.
 void BandMarker::mark_pixels(int tx, int ty) {
     static_assert(kTile * kTile == 16);
     float u[16], v[16];

@@ -41,6 +41,7 @@ class BandMarker {
     void box_tiles(Jobs& jobs);
     void mark(const simd::ChunkBox& box);
     void mark_tiles();
+    void mark_deep(int tile_x, int tile_y);
     void mark_pixels(int tile_x, int tile_y);
 
     std::uint64_t* words_ = nullptr;

@@ -20,6 +20,7 @@ struct IntegrationOptions {
     simd::Drop drop = simd::Drop::none;
     float drop_start_m = 0;        // behind the surface by less than this the weight is full
     std::uint16_t max_weight = 0;  // of a voxel, in units of 1/64 observation, at most 64000
+    bool along_ray = false;  // signed distances along the viewing ray instead of along the optical axis
     bool carve = true;
 };
 

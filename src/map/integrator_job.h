@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "map/integrator.h"
 #include "map/projector.h"
@@ -17,6 +18,7 @@ struct Integrator::Job {
     const simd::DepthProjection& projection;
     std::uint32_t frame_number;
     float units_per_raw;  // stored units a step of the depth image
+    bool along_ray;
     Vec3i origin;         // chunk that chunk_projection counts from
     simd::ChunkProjection chunk_projection;
     bool with_colour;
@@ -48,8 +50,27 @@ struct ChunkReach {
                                v1 < static_cast<float>(job.image.height);
             projected.small = projected.inside && batch.block_reach[i] < simd::kWindowReach;
         }
+        if (job.along_ray) projected.along = ray_length(job, batch, i);
         least = static_cast<float>(range.least) * job.units_per_raw;
         most = range.largest == 0 ? -1.0f : static_cast<float>(range.largest) * job.units_per_raw;
+    }
+
+  private:
+    // Length of the ray with z = 1 through the middle of the chunk: distances along the ray are so much longer than
+    // along z. It changes by a few percent over a chunk and does not move the zero, so one serves all its voxels.
+    template <class Job>
+    static float ray_length(const Job& job, const simd::ChunkBatch& batch, int i) {
+        const simd::ChunkProjection& p = job.chunk_projection;
+        const Camera& c = job.image.camera;
+        const float z = std::max(batch.base_z[i] + 0.5f * p.corner_z[7], 1.0f);
+        // Clipped to the image: where the middle lies beside it or behind the camera, the voxels seen do not.
+        const float u = std::clamp((batch.base_u[i] + 0.5f * p.corner_u[7]) / z - 1.0f, 0.0f,
+                                   static_cast<float>(job.image.width - 1));
+        const float v = std::clamp((batch.base_v[i] + 0.5f * p.corner_v[7]) / z - 1.0f, 0.0f,
+                                   static_cast<float>(job.image.height - 1));
+        const float x = (u - static_cast<float>(c.cx)) / static_cast<float>(c.fx);
+        const float y = (v - static_cast<float>(c.cy)) / static_cast<float>(c.fy);
+        return std::sqrt(1.0f + x * x + y * y);
     }
 };
 

@@ -65,7 +65,8 @@ TEST(Misuse, EveryFieldOfTheConfigurationHasItsRange) {
         {"max_height", [](burin_config& c) { c.max_height = 16385; }},
         {"threads", [](burin_config& c) { c.threads = 0; }},
         {"threads", [](burin_config& c) { c.threads = 65; }},
-        {"reserved", [](burin_config& c) { c.reserved[7] = 1; }},
+        {"truncation_along", [](burin_config& c) { c.truncation_along = 2; }},
+        {"reserved", [](burin_config& c) { c.reserved[6] = 1; }},
     };
     const Memory memory = aligned_memory(16u << 20);
     for (const BadConfig& bad : cases) {
