@@ -58,8 +58,9 @@ std::uint32_t Integrator::carve_slots(const Job& job, const std::uint32_t* slots
         if (reach.most < (batch.least_z[i] + 32767.0f) * (1 - kRounding)) continue;
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
-        if (!simd::observe_chunk(job.projection, reach.projected, distances, weights).free) continue;
         const std::uint32_t slot = slots[i];
+        if (!simd::observe_chunk(job.projection, reach.projected, distances, weights, &volume.geometry(slot)).free)
+            continue;
         ChunkGeometry& chunk = volume.geometry(slot);
         const int least = simd::carve_distances(distances, job.projection.weighted() ? weights : nullptr,
                                                 kCarveEvery, options_.max_weight, chunk.sdf, chunk.weight);

@@ -38,7 +38,7 @@ struct ChunkReach {
 
     template <class Job>  // Integrator::Job
     ChunkReach(const Job& job, const simd::ChunkBatch& batch, int i)
-        : projected{batch.base_u[i], batch.base_v[i], batch.base_z[i], false, false, 1.0f} {
+        : projected{batch.base_u[i], batch.base_v[i], batch.base_z[i], false, false, false, 1.0f} {
         DepthRange range = job.ranges.all();
         // Nearer than the truncation, pixels may mean nothing, and missing readings need a test of their own.
         if (batch.least_z[i] > 32800.0f) {
@@ -46,9 +46,10 @@ struct ChunkReach {
             // Nearest pixels of the image without its border, half a pixel and a little for rounding around.
             const auto pixel = [](float x) { return static_cast<int>(std::min(std::max(x, 0.0f), 1e6f)); };
             range = job.ranges.over(pixel(u0 - 1.51f), pixel(v0 - 1.51f), pixel(u1 - 0.49f), pixel(v1 - 0.49f));
+            projected.far = true;
             projected.inside = u0 > 1 && v0 > 1 && u1 < static_cast<float>(job.image.width) &&
                                v1 < static_cast<float>(job.image.height);
-            projected.small = projected.inside && batch.block_reach[i] < simd::kWindowReach;
+            projected.small = batch.block_reach[i] < simd::kWindowReach;
         }
         if (job.along_ray) projected.along = ray_length(job, batch, i);
         least = static_cast<float>(range.least) * job.units_per_raw;

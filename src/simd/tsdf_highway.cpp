@@ -118,6 +118,7 @@ int FuseDistances(const std::int16_t* distances, const std::uint16_t* weights, s
 #endif
 }
 
+// Rows in 16 bits tell where there is something to carve; only there is it computed.
 int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights,
                    int times, std::uint16_t max_weight, std::int16_t* HWY_RESTRICT sdf,
                    std::uint16_t* HWY_RESTRICT weight_sum) {
@@ -126,31 +127,39 @@ int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16
     const D16 d16;
     const DU16 du16;
     const int lanes = static_cast<int>(hn::Lanes(df));
-    const auto free_i = hn::Set(di, kFree), zero = hn::Zero(di), most = hn::Set(di, max_weight);
-    auto least = free_i;
+    const auto free_16 = hn::Set(d16, kFree), none_16 = hn::Zero(d16);
+    const auto free_i = hn::Set(di, kFree), most = hn::Set(di, max_weight);
+    auto least = free_16;
     bool changed = false;
     for (int i = 0; i < kChunkVoxels; i += lanes) {
-        const auto sum = hn::PromoteTo(di, hn::Load(du16, weight_sum + i));
-        const auto observed = hn::Gt(sum, zero);
-        if (hn::AllFalse(di, observed)) continue;
-        auto value = hn::PromoteTo(di, hn::Load(d16, sdf + i));
-        const auto d = hn::PromoteTo(di, hn::Load(d16, distances + i));
-        const auto carved = hn::And(observed, hn::And(hn::Eq(d, free_i), hn::Ne(value, free_i)));
-        if (!hn::AllFalse(di, carved)) {
+        const auto sum_16 = hn::Load(du16, weight_sum + i);
+        const auto empty = hn::Eq(hn::BitCast(d16, sum_16), none_16);
+        auto value_16 = hn::Load(d16, sdf + i);
+        const auto d_16 = hn::Load(d16, distances + i);
+        const auto carved_16 = hn::And(hn::Eq(d_16, free_16), hn::Not(hn::Or(empty, hn::Eq(value_16, free_16))));
+        if (!hn::AllFalse(d16, carved_16)) {
             changed = true;
+            const auto value = hn::PromoteTo(di, value_16), sum = hn::PromoteTo(di, sum_16);
             auto w = hn::Set(di, kWeightOne);
             if (weights) w = hn::PromoteTo(di, hn::Load(du16, weights + i));
             w = hn::Mul(w, hn::Set(di, times));
             const auto total = hn::Add(sum, w);
-            const auto step = hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(d, value))), hn::ConvertTo(df, total));
-            value = hn::IfThenElse(carved, hn::Add(value, hn::NearestInt(step)), value);
-            const auto sum_after = hn::IfThenElse(carved, hn::Min(total, most), sum);
-            hn::Store(hn::DemoteTo(d16, value), d16, sdf + i);
-            hn::Store(hn::DemoteTo(du16, sum_after), du16, weight_sum + i);
+            const auto step =
+                hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(free_i, value))), hn::ConvertTo(df, total));
+            const auto after = hn::DemoteTo(d16, hn::Add(value, RoundInRange(step)));
+            const auto sum_after = hn::DemoteTo(du16, hn::Min(total, most));
+            value_16 = hn::IfThenElse(carved_16, after, value_16);
+            hn::Store(value_16, d16, sdf + i);
+            hn::Store(hn::IfThenElse(hn::RebindMask(du16, carved_16), sum_after, sum_16), du16, weight_sum + i);
         }
-        least = hn::Min(least, hn::IfThenElse(observed, hn::Abs(value), free_i));
+        least = hn::Min(least, hn::IfThenElse(empty, free_16, hn::Abs(value_16)));
     }
-    return changed ? hn::GetLane(hn::MinOfLanes(di, least)) : -1;
+    if (!changed) return -1;
+    alignas(64) std::int16_t values[hn::MaxLanes(d16)];
+    hn::Store(least, d16, values);
+    int result = kFree;
+    for (int i = 0; i < lanes; ++i) result = values[i] < result ? values[i] : result;
+    return result;
 }
 
 // Four bytes at base + offset a lane; offsets need no alignment.

@@ -2,11 +2,10 @@
 // observe_chunk of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in the
 // same order a lane, no fused multiply-add, no approximate reciprocal.
 //
-// Three ways to the same result. `Careful` follows the specification to the letter. Most chunks lie in the
-// image as a whole and farther away than the truncation; then no clamp and no test for missing depth is
-// needed, since a missing reading (0) fails the band test by itself: `Simple`. Where the processor looks up 64
-// entries in one instruction, and 4x4 voxels span at most 8x8 pixels, the pixels go through registers:
-// `Windowed`.
+// Three ways to the same result. `Careful` follows the specification to the letter. Most chunks lie farther away than
+// the truncation; then no test for missing depth is needed, since a missing reading (0) fails the band test by
+// itself: `Simple`. Where the processor looks up 64 entries in one instruction, and 4x4 voxels span at most 8x8
+// pixels, the pixels go through registers: `Windowed`.
 #include <cstring>
 
 #include "simd/tsdf.h"
@@ -33,15 +32,25 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
 
 #else
 
+// The nearest pixels of `lanes` voxels of a block, and their depths. kClip: clipped to the border; else all fall into
+// the image. For chunks that are `far`.
 struct Projected {
-    hn::Vec<DF> u, v, z;
+    hn::Vec<DI> column, row;
+    hn::Vec<DF> z;
 };
-HWY_INLINE Projected Project(const ProjectiveOffsets::Block& block, int at, const ProjectedChunk& chunk) {
+template <bool kClip>
+HWY_INLINE Projected Project(const DepthProjection& frame, const ProjectedChunk& chunk, int block, int at) {
     const DF df;
-    const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, block.z + at));
+    const ProjectiveOffsets::Block& offsets = frame.offsets.block[block];
+    const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, offsets.z + at));
     const auto inverse_z = hn::Div(hn::Set(df, 1.0f), z);
-    return {hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, block.u + at)), inverse_z),
-            hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, block.v + at)), inverse_z), z};
+    auto u = hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, offsets.u + at)), inverse_z);
+    auto v = hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, offsets.v + at)), inverse_z);
+    if constexpr (kClip) {
+        u = hn::Min(hn::Max(u, hn::Zero(df)), hn::Set(df, static_cast<float>(frame.width) + 1.0f));
+        v = hn::Min(hn::Max(v, hn::Zero(df)), hn::Set(df, static_cast<float>(frame.height) + 1.0f));
+    }
+    return {RoundInRange(u), RoundInRange(v), z};
 }
 
 // What the band test finds, over whole rows in 16 bits.
@@ -201,7 +210,7 @@ HWY_INLINE void AskFor(const char* bytes) {
     __builtin_prefetch(bytes + 64, 1, 3);
 }
 
-template <bool kAlong>
+template <bool kAlong, bool kClip>
 Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
                    std::int16_t* HWY_RESTRICT distances, const char* ahead) {
     const DF df;
@@ -216,8 +225,8 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
         AskFor(ahead + 64 * block);
         for (int at = 0; at < kBlockVoxels; at += lanes)
             for (int half = 0; half < 2; ++half, next += lanes) {
-                const Projected p = Project(frame.offsets.block[block + half], at, chunk);
-                hn::Store(hn::Add(hn::Mul(RoundInRange(p.v), stride), RoundInRange(p.u)), di, next);
+                const Projected p = Project<kClip>(frame, chunk, block + half, at);
+                hn::Store(hn::Add(hn::Mul(p.row, stride), p.column), di, next);
             }
     }
     for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
@@ -256,7 +265,7 @@ HWY_INLINE Window LoadWindow(const std::uint16_t* from, std::ptrdiff_t stride) {
     return {rows(from), rows(from + 4 * stride)};
 }
 
-template <bool kAlong>
+template <bool kAlong, bool kClip>
 Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
                      std::int16_t* HWY_RESTRICT distances, const char* ahead) {
     const DF df;
@@ -287,18 +296,14 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
         AskFor(ahead + 64 * block);
         hn::Vec<DI> halves[2];
         for (int half = 0; half < 2; ++half) {
-            const ProjectiveOffsets::Block& offsets = frame.offsets.block[block + half];
-            const auto z = hn::Add(base_z, hn::Load(df, offsets.z));
-            const auto inverse_z = hn::Div(one, z);
-            const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, offsets.u)), inverse_z);
-            const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, offsets.v)), inverse_z);
+            const Projected p = Project<kClip>(frame, chunk, block + half, 0);
             // Row and column in the window, 3 bits each; the look-up ignores higher ones.
-            const auto index = hn::Sub(hn::Add(hn::ShiftLeft<3>(RoundInRange(v)), RoundInRange(u)),
-                                       hn::Set(di, first[block + half]));
+            const auto index =
+                hn::Sub(hn::Add(hn::ShiftLeft<3>(p.row), p.column), hn::Set(di, first[block + half]));
             const Window window = LoadWindow(pixels + corner[block + half], row_step);
             const hn::Vec<DI> reading{
                 _mm512_maskz_permutex2var_epi16(kEven, window.low, index.raw, window.high)};
-            halves[half] = Distance<kAlong>(reading, unit, z, along);
+            halves[half] = Distance<kAlong>(reading, unit, p.z, along);
         }
         found.Add(halves[0], halves[1]);
         StoreRows(halves[0], halves[1], distances + kBlockVoxels * block);
@@ -308,6 +313,16 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
 
 #endif
 
+template <bool kAlong, bool kClip>
+Observation Far(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
+                const char* ahead) {
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+    if (chunk.small && frame.width > 8 && frame.height > 8)
+        return Windowed<kAlong, kClip>(frame, chunk, distances, ahead);
+#endif
+    return Simple<kAlong, kClip>(frame, chunk, distances, ahead);
+}
+
 Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                          std::uint16_t* weights, const void* ahead) {
     const bool quadratic = frame.truncation.quadratic, weighted = frame.weighted();
@@ -316,15 +331,13 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
                          : Careful<false, true>(frame, chunk, distances, weights);
     if (quadratic) return Careful<true, false>(frame, chunk, distances, weights);
 
-    if (!chunk.inside) return Careful<false, false>(frame, chunk, distances, weights);
+    if (!chunk.far) return Careful<false, false>(frame, chunk, distances, weights);
     const auto* next = static_cast<const char*>(ahead ? ahead : distances);
-    const bool along = chunk.along != 1.0f;
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    if (chunk.small && frame.width > 8 && frame.height > 8)
-        return along ? Windowed<true>(frame, chunk, distances, next)
-                     : Windowed<false>(frame, chunk, distances, next);
-#endif
-    return along ? Simple<true>(frame, chunk, distances, next) : Simple<false>(frame, chunk, distances, next);
+    if (chunk.along != 1.0f)
+        return chunk.inside ? Far<true, false>(frame, chunk, distances, next)
+                            : Far<true, true>(frame, chunk, distances, next);
+    return chunk.inside ? Far<false, false>(frame, chunk, distances, next)
+                        : Far<false, true>(frame, chunk, distances, next);
 }
 
 #endif  // HWY_SCALAR
