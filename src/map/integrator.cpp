@@ -26,7 +26,6 @@ void Integrator::place(Arena& arena, const IntegrationOptions& options, int max_
     marker_.place(arena, max_width, max_height);
     ranges_.place(arena, max_width, max_height);
     depth_projection_ = arena.allocate<simd::DepthProjection>(1, 64);
-    colour_offsets_ = arena.allocate<simd::ColourOffsets>(1, 64);
     for (std::int32_t*& axis : xyz_) axis = arena.allocate<std::int32_t>(kBatch, 64);
     candidates_ = arena.allocate<Candidate>(kBatch, 64);
     chosen_ = arena.allocate<std::uint16_t>(kBatch, 64);
@@ -74,16 +73,14 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             {frame.colour.data, frame.colour.width, frame.colour.height, frame.colour.stride, cc.distorted(),
              static_cast<float>(cc.fx), static_cast<float>(cc.fy), static_cast<float>(cc.cx),
              static_cast<float>(cc.cy), static_cast<float>(cc.k1), static_cast<float>(cc.k2),
-             static_cast<float>(cc.p1), static_cast<float>(cc.p2), static_cast<float>(cc.k3)},
-            {},
+             static_cast<float>(cc.p1), static_cast<float>(cc.p2), static_cast<float>(cc.k3), {}, {}, {},
+             frame_number},
+            // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along the
+            // ray covers slopes up to 60 degrees.
+            static_cast<std::int16_t>(std::min(32766.0f, 2.0f * volume.voxel_m() * units_per_m)),
             Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m)};
     projector.fill(&job.chunk_projection, job.origin);
-    // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along the ray
-    // covers slopes up to 60 degrees.
-    job.colour_model.band = static_cast<std::int16_t>(
-        std::min(32766.0f, 2.0f * volume.voxel_m() / options_.truncation.truncation_m * 32767.0f));
-    job.colour_model.frame = frame_number;
-    if (job.with_colour) job.colour_projector.fill(colour_offsets_);
+    if (job.with_colour) job.colour_projector.fill(&job.colour);
 
     IntegrationCounts counts;
     while (marker_.next_slab())
@@ -168,14 +165,20 @@ bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate, const Ch
     alignas(64) std::uint16_t weights[kChunkVoxels];
     if (!simd::observe_chunk(job.projection, candidate.projected, distances, weights, next).touched)
         return false;
+    alignas(64) std::uint16_t coloured[kChunkVoxels];
+    std::uint8_t* colours = nullptr;
+    int count = 0;
+    if (job.with_colour) {  // they arrive while the distances are fused
+        colours = &volume.colour(slot).rgbn[0][0];
+        count = simd::select_voxels(distances, job.colour_band, colours, coloured);
+    }
     ChunkGeometry& chunk = volume.geometry(slot);
     const int least = simd::fuse_distances(distances, job.projection.weighted() ? weights : nullptr,
                                            options_.max_weight, chunk.sdf, chunk.weight);
     volume.least_distance(slot) = static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
-    if (job.with_colour)
-        simd::fuse_colours(distances, job.colour_window, *colour_offsets_,
-                           job.colour_projector.base(unpack_key(candidate.key)), job.colour_model,
-                           &volume.colour(slot).rgbn[0][0]);
+    if (count > 0)
+        simd::fuse_colours(coloured, count, job.colour, job.colour_projector.base(unpack_key(candidate.key)),
+                           colours);
     volume.flags(slot) |= kChunkDirty;
     volume.last_seen(slot) = job.frame_number;
     return true;

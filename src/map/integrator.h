@@ -61,7 +61,6 @@ class Integrator {
     BandMarker marker_;
     DepthRanges ranges_;
     simd::DepthProjection* depth_projection_ = nullptr;
-    simd::ColourOffsets* colour_offsets_ = nullptr;
     std::int32_t* xyz_[3] = {};          // kBatch chunks relative to the marker's origin
     Candidate* candidates_ = nullptr;    // kBatch
     std::uint16_t* chosen_ = nullptr;    // kBatch: candidates in reach, in order

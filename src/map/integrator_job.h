@@ -22,8 +22,8 @@ struct Integrator::Job {
     Vec3i origin;         // chunk that chunk_projection counts from
     simd::ChunkProjection chunk_projection;
     bool with_colour;
-    simd::ColourWindow colour_window;
-    simd::ColourModel colour_model;
+    simd::ColourFrame colour;
+    std::int16_t colour_band;  // voxels with |distance| up to this take colour
     Projector colour_projector;
 };
 

@@ -28,9 +28,9 @@ void Projector::fill(simd::ProjectiveOffsets* table) const {
     }
 }
 
-void Projector::fill(simd::ColourOffsets* table) const {
-    for (int i = 0; i < kChunkVoxels; ++i)
-        put(i & 7, i >> 3 & 7, i >> 6, &table->u[i], &table->v[i], &table->z[i]);
+void Projector::fill(simd::ColourFrame* frame) const {
+    for (int k = 0; k < 3; ++k)
+        put(k == 0, k == 1, k == 2, &frame->step_u[k], &frame->step_v[k], &frame->step_z[k]);
 }
 
 void Projector::fill(simd::ChunkProjection* p, Vec3i origin) const {

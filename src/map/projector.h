@@ -6,6 +6,7 @@
 #include "core/camera.h"
 #include "core/se3.h"
 #include "map/chunk.h"
+#include "simd/colour.h"
 #include "simd/tsdf.h"
 #include "simd/visibility.h"
 
@@ -17,7 +18,7 @@ class Projector {
     Projector(const Camera& camera, const Se3& T_camera_world, double shift, double scale, double voxel_m);
 
     void fill(simd::ProjectiveOffsets* table) const;
-    void fill(simd::ColourOffsets* table) const;
+    void fill(simd::ColourFrame* frame) const;  // its steps
     // Of chunks relative to `origin`.
     void fill(simd::ChunkProjection* projection, Vec3i origin) const;
     // Of voxel 0 of a chunk.

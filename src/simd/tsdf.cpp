@@ -108,46 +108,6 @@ int carve_distances(const std::int16_t* distances, const std::uint16_t* weights,
     return changed ? least : -1;
 }
 
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
-                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
-    const std::int32_t last =
-        static_cast<std::int32_t>((window.height - 1) * window.stride + 3 * window.width - 4);
-    for (int i = 0; i < kChunkVoxels; ++i) {
-        if (distances[i] > model.band || distances[i] < -model.band) continue;
-        const float z = base.z + offsets.z[i];
-        const float inverse_z = 1.0f / std::max(z, kLeastZ);
-        float u = (base.u + offsets.u[i]) * inverse_z, v = (base.v + offsets.v[i]) * inverse_z;
-        if (window.distorted) {
-            const float x = (u - window.cx) / window.fx, y = (v - window.cy) / window.fy, xx = x * x,
-                        yy = y * y;
-            const float r2 = xx + yy, two_xy = 2.0f * (x * y);
-            const float radial = 1.0f + r2 * (window.k1 + r2 * (window.k2 + r2 * window.k3));
-            u = window.fx * (x * radial + (window.p1 * two_xy + window.p2 * (r2 + 2.0f * xx))) + window.cx;
-            v = window.fy * (y * radial + (window.p1 * (r2 + 2.0f * yy) + window.p2 * two_xy)) + window.cy;
-        }
-        u += 0.5f;
-        v += 0.5f;
-        if (!(z > kLeastZ && u >= 0.0f && v >= 0.0f && u < static_cast<float>(window.width) &&
-              v < static_cast<float>(window.height)))
-            continue;
-        const std::int32_t offset =
-            static_cast<int>(v) * static_cast<std::int32_t>(window.stride) + 3 * static_cast<int>(u);
-        if (offset > last) continue;
-        const std::uint8_t* reading = window.rgb + offset;
-        std::uint8_t* colour = colours + 4 * i;
-        const int count = colour[3];
-        // Threshold in 0..255: an odd multiplier walks through all residues over voxels and over frames.
-        const int threshold =
-            static_cast<int>((static_cast<std::uint32_t>(i) * 167u + model.frame * 101u) & 255u);
-        const float scale = 256.0f / static_cast<float>(count + 1);
-        for (int k = 0; k < 3; ++k) {
-            const int scaled = static_cast<int>(static_cast<float>(colour[k] * count + reading[k]) * scale);
-            colour[k] = static_cast<std::uint8_t>(std::min((scaled + threshold) >> 8, 255));
-        }
-        colour[3] = static_cast<std::uint8_t>(std::min(count + 1, kColourMemory));
-    }
-}
-
 }  // namespace scalar
 
 #if defined(BURIN_SCALAR_ONLY)
@@ -162,10 +122,6 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
                     std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
-}
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
-                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
-    scalar::fuse_colours(distances, window, offsets, base, model, colours);
 }
 #endif
 

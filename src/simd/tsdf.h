@@ -105,37 +105,6 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
                     std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum);
 
-struct ColourWindow {
-    const std::uint8_t* rgb;  // interleaved
-    int width, height;
-    std::ptrdiff_t stride;  // bytes
-    // Pixel = (fx x + cx, fy y + cy) of the distorted ray when any coefficient is not 0.
-    bool distorted;
-    float fx, fy, cx, cy, k1, k2, p1, p2, k3;
-};
-
-// As ProjectiveOffsets, in metres, for the colour camera's own cx and cy, voxel i at [i].
-struct ColourOffsets {
-    alignas(64) float u[kChunkVoxels];
-    alignas(64) float v[kChunkVoxels];
-    alignas(64) float z[kChunkVoxels];
-};
-
-struct ColourModel {
-    std::int16_t band;    // voxels with |distance| <= band take colour
-    std::uint32_t frame;  // seed of the rounding dither
-};
-
-// colours: 512 x (r, g, b, count), aligned to 4. New colour = (old * count + reading) / (count + 1), count
-// capped at kColourMemory. Rounded with a threshold that changes with voxel and frame: round-to-nearest would
-// freeze the mean as soon as a reading differs by less than (count + 1) / 2 levels. offsets and base are
-// those of the colour camera. height * stride < 2^31. The last pixel of the last row is not used: pixels are
-// read four bytes at a time.
-inline constexpr int kColourMemory =
-    24;  // rounding noise grows, reading noise falls with it; about 1.7 levels of each
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
-                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
-
 // What the functions above specify, one lane at a time.
 namespace scalar {
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
@@ -144,8 +113,6 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
                    std::int16_t* sdf, std::uint16_t* weight_sum);
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
                     std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum);
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
-                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours);
 }  // namespace scalar
 
 }  // namespace burin::simd

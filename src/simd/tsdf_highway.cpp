@@ -28,10 +28,6 @@ int CarveDistances(const std::int16_t* distances, const std::uint16_t* weights, 
                    std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
     return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
 }
-void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
-                 ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
-    scalar::fuse_colours(distances, window, offsets, base, model, colours);
-}
 
 #else
 
@@ -162,98 +158,6 @@ int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16
     return result;
 }
 
-// Four bytes at base + offset a lane; offsets need no alignment.
-HWY_INLINE hn::Vec<DI> GatherBytes(const std::uint8_t* base, hn::Vec<DI> offsets) {
-    const DI di;
-#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
-    return hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(base),
-                            offsets);  // the instruction takes any address
-#else
-    alignas(64) std::int32_t at[16], value[16];
-    hn::Store(offsets, di, at);
-    for (std::size_t k = 0; k < hn::Lanes(di); ++k) std::memcpy(&value[k], base + at[k], 4);
-    return hn::Load(di, value);
-#endif
-}
-
-template <bool kDistorted>
-void Colours(const std::int16_t* HWY_RESTRICT distances, const ColourWindow& window,
-             const ColourOffsets& offsets, ProjectiveBase base, const ColourModel& model,
-             std::uint8_t* colours) {
-    const DF df;
-    const DI di;
-    const D16 d16;
-    const int lanes = static_cast<int>(hn::Lanes(df));
-    auto* packed = reinterpret_cast<std::int32_t*>(colours);
-    const auto band = hn::Set(di, model.band);
-    const auto one = hn::Set(df, 1.0f), two = hn::Set(df, 2.0f), half = hn::Set(df, 0.5f),
-               zero = hn::Zero(df), least_z = hn::Set(df, kLeastZ);
-    const auto width = hn::Set(df, static_cast<float>(window.width)),
-               height = hn::Set(df, static_cast<float>(window.height));
-    const auto last =
-        hn::Set(di, static_cast<std::int32_t>((window.height - 1) * window.stride + 3 * window.width - 4));
-    const auto stride = hn::Set(di, static_cast<std::int32_t>(window.stride));
-    const auto low_byte = hn::Set(di, 255);
-    const auto frame_threshold = hn::Set(di, static_cast<std::int32_t>(model.frame * 101u & 255u));
-    for (int i = 0; i < kChunkVoxels; i += lanes) {
-        const auto d = hn::PromoteTo(di, hn::Load(d16, distances + i));
-        auto wanted = hn::Not(hn::Gt(hn::Abs(d), band));
-        if (hn::AllFalse(di, wanted)) continue;
-        const auto z = hn::Add(hn::Set(df, base.z), hn::Load(df, offsets.z + i));
-        const auto inverse_z = hn::Div(one, hn::Max(z, least_z));
-        auto u = hn::Mul(hn::Add(hn::Set(df, base.u), hn::Load(df, offsets.u + i)), inverse_z);
-        auto v = hn::Mul(hn::Add(hn::Set(df, base.v), hn::Load(df, offsets.v + i)), inverse_z);
-        if constexpr (kDistorted) {
-            const auto fx = hn::Set(df, window.fx), fy = hn::Set(df, window.fy), cx = hn::Set(df, window.cx),
-                       cy = hn::Set(df, window.cy);
-            const auto p1 = hn::Set(df, window.p1), p2 = hn::Set(df, window.p2);
-            const auto x = hn::Div(hn::Sub(u, cx), fx), y = hn::Div(hn::Sub(v, cy), fy);
-            const auto xx = hn::Mul(x, x), yy = hn::Mul(y, y), r2 = hn::Add(xx, yy),
-                       two_xy = hn::Mul(two, hn::Mul(x, y));
-            const auto inner = hn::Add(hn::Set(df, window.k2), hn::Mul(r2, hn::Set(df, window.k3)));
-            const auto radial =
-                hn::Add(one, hn::Mul(r2, hn::Add(hn::Set(df, window.k1), hn::Mul(r2, inner))));
-            const auto tangent_x = hn::Add(hn::Mul(p1, two_xy), hn::Mul(p2, hn::Add(r2, hn::Mul(two, xx))));
-            const auto tangent_y = hn::Add(hn::Mul(p1, hn::Add(r2, hn::Mul(two, yy))), hn::Mul(p2, two_xy));
-            u = hn::Add(hn::Mul(fx, hn::Add(hn::Mul(x, radial), tangent_x)), cx);
-            v = hn::Add(hn::Mul(fy, hn::Add(hn::Mul(y, radial), tangent_y)), cy);
-        }
-        u = hn::Add(u, half);
-        v = hn::Add(v, half);
-        const auto inside = hn::And(hn::And(hn::Gt(z, least_z), hn::And(hn::Ge(u, zero), hn::Ge(v, zero))),
-                                    hn::And(hn::Lt(u, width), hn::Lt(v, height)));
-        const auto column = hn::ConvertTo(di, hn::IfThenElseZero(inside, u)),
-                   row = hn::ConvertTo(di, hn::IfThenElseZero(inside, v));
-        const auto offset = hn::Add(hn::Mul(row, stride), hn::Add(column, hn::Add(column, column)));
-        wanted = hn::And(wanted, hn::And(hn::RebindMask(di, inside), hn::Not(hn::Gt(offset, last))));
-        const auto reading = GatherBytes(window.rgb, hn::IfThenElseZero(wanted, offset));
-
-        const auto colour = hn::Load(di, packed + i);
-        const auto count = hn::And(hn::ShiftRight<24>(colour), low_byte);
-        const auto scale = hn::Div(hn::Set(df, 256.0f), hn::ConvertTo(df, hn::Add(count, hn::Set(di, 1))));
-        const auto threshold =
-            hn::And(hn::Add(hn::Mul(hn::Iota(di, i), hn::Set(di, 167)), frame_threshold), low_byte);
-        const auto mean = [&](auto c, auto r) {
-            const auto sum = hn::Add(hn::Mul(hn::And(c, low_byte), count), hn::And(r, low_byte));
-            const auto scaled = hn::ConvertTo(di, hn::Mul(hn::ConvertTo(df, sum), scale));
-            return hn::Min(hn::ShiftRight<8>(hn::Add(scaled, threshold)), low_byte);
-        };
-        const auto red = mean(colour, reading);
-        const auto green = mean(hn::ShiftRight<8>(colour), hn::ShiftRight<8>(reading));
-        const auto blue = mean(hn::ShiftRight<16>(colour), hn::ShiftRight<16>(reading));
-        const auto more = hn::Min(hn::Add(count, hn::Set(di, 1)), hn::Set(di, kColourMemory));
-        const auto result = hn::Or(hn::Or(red, hn::ShiftLeft<8>(green)),
-                                   hn::Or(hn::ShiftLeft<16>(blue), hn::ShiftLeft<24>(more)));
-        hn::Store(hn::IfThenElse(wanted, result, colour), di, packed + i);
-    }
-}
-
-void FuseColours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
-                 ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
-    window.distorted ? Colours<true>(distances, window, offsets, base, model, colours)
-                     : Colours<false>(distances, window, offsets, base, model, colours);
-}
-
 #endif  // HWY_SCALAR
 
 }  // namespace burin::simd::HWY_NAMESPACE
@@ -264,7 +168,6 @@ namespace burin::simd {
 
 HWY_EXPORT(FuseDistances);
 HWY_EXPORT(CarveDistances);
-HWY_EXPORT(FuseColours);
 
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum) {
@@ -276,12 +179,6 @@ int carve_distances(const std::int16_t* distances, const std::uint16_t* weights,
                     std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
     if (scalar_selected()) return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
     return BURIN_DISPATCH(CarveDistances)(distances, weights, times, max_weight, sdf, weight_sum);
-}
-
-void fuse_colours(const std::int16_t* distances, const ColourWindow& window, const ColourOffsets& offsets,
-                  ProjectiveBase base, const ColourModel& model, std::uint8_t* colours) {
-    if (scalar_selected()) return scalar::fuse_colours(distances, window, offsets, base, model, colours);
-    BURIN_DISPATCH(FuseColours)(distances, window, offsets, base, model, colours);
 }
 
 }  // namespace burin::simd
