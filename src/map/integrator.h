@@ -50,6 +50,7 @@ class Integrator {
     void fuse_batch(Job& job, int count, IntegrationCounts& counts);
     void choose(const Job& job, int first, int end);
     bool fuse_chunk(const Job& job, const Candidate& candidate, const ChunkGeometry* next);
+    static bool colour_due(const Job& job, const Candidate& candidate);
     void carve(Job& job, IntegrationCounts& counts);
     std::uint32_t carve_slots(const Job& job, const std::uint32_t* slots, int count);
 

@@ -177,9 +177,12 @@ Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::
         volume.least_distance(slot) = static_cast<std::int16_t>(least);
     }
     if (head.has_colour)
-        for (std::uint32_t slot = 0; slot < head.chunks; ++slot)
-            if (!file.read(&volume.colour(slot), sizeof(ChunkColour)))
-                return fail("the chunks are cut short");
+        for (std::uint32_t slot = 0; slot < head.chunks; ++slot) {
+            ChunkColour& c = volume.colour(slot);
+            if (!file.read(&c, sizeof c)) return fail("the chunks are cut short");
+            for (const auto& voxel : c.rgbn)
+                volume.colour_readings(slot) = std::max(volume.colour_readings(slot), voxel[3]);
+        }
     if (volume.hash(scratch) != head.map_hash) return fail("the checksum of the chunks does not match");
     return {};
 }

@@ -16,6 +16,7 @@ void Volume::place(Arena& arena, const VolumeShape& shape) {
     last_seen_ = arena.allocate<std::uint32_t>(shape.capacity, 64);
     least_distance_ = arena.allocate<std::int16_t>(shape.capacity, 64);
     flags_ = arena.allocate<std::uint8_t>(shape.capacity, 64);
+    colour_readings_ = arena.allocate<std::uint8_t>(shape.colour ? shape.capacity : 0, 64);
     geometry_ = arena.allocate<ChunkGeometry>(shape.capacity, 64);
     colour_ = shape.colour ? arena.allocate<ChunkColour>(shape.capacity, 64) : nullptr;
 }
@@ -45,7 +46,10 @@ std::uint32_t Volume::insert(ChunkKey key) {
     least_distance_[slot] = 32767;
     flags_[slot] = kChunkDirty;
     std::memset(&geometry_[slot], 0, sizeof(ChunkGeometry));
-    if (shape_.colour) std::memset(&colour_[slot], 0, sizeof(ChunkColour));
+    if (shape_.colour) {
+        std::memset(&colour_[slot], 0, sizeof(ChunkColour));
+        colour_readings_[slot] = 0;
+    }
     return slot;
 }
 

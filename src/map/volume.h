@@ -63,6 +63,9 @@ class Volume {
     std::int16_t& least_distance(std::uint32_t slot) { return least_distance_[slot]; }
     std::int16_t least_distance(std::uint32_t slot) const { return least_distance_[slot]; }
 
+    // The largest count of readings of a voxel's colour.
+    std::uint8_t& colour_readings(std::uint32_t slot) { return colour_readings_[slot]; }
+
     // Slots in ascending key order, written to out[0..live()-1].
     void sorted_slots(std::uint32_t* out) const;
     // Digest of all keys and voxels in key order. `scratch`: live() entries.
@@ -96,6 +99,7 @@ class Volume {
     std::uint32_t* last_seen_ = nullptr;
     std::int16_t* least_distance_ = nullptr;
     std::uint8_t* flags_ = nullptr;
+    std::uint8_t* colour_readings_ = nullptr;
     ChunkGeometry* geometry_ = nullptr;
     ChunkColour* colour_ = nullptr;
 };

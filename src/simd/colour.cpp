@@ -16,11 +16,12 @@ int select_voxels(const std::int16_t* distances, std::int16_t band, const std::u
     return count;
 }
 
-void fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
-                  std::uint8_t* colours) {
+void find_pixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+                 std::int32_t* offsets) {
     const std::int32_t last = static_cast<std::int32_t>((frame.height - 1) * frame.stride + 3 * frame.width - 4);
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < ((count + 15) & ~15); ++k) {
         const int i = list[k];
+        offsets[k] = -1;
         const float at_x = static_cast<float>(i & 7), at_y = static_cast<float>(i >> 3 & 7),
                     at_z = static_cast<float>(i >> 6);
         const auto sum = [&](const float step[3], float start) {
@@ -43,8 +44,17 @@ void fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame
             continue;
         const std::int32_t offset =
             static_cast<int>(v) * static_cast<std::int32_t>(frame.stride) + 3 * static_cast<int>(u);
-        if (offset > last) continue;
-        const std::uint8_t* reading = frame.rgb + offset;
+        if (offset <= last) offsets[k] = offset;
+    }
+}
+
+int fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
+                 std::uint8_t* colours) {
+    int most = 0;
+    for (int k = 0; k < count; ++k) {
+        const int i = list[k];
+        if (offsets[k] < 0) continue;
+        const std::uint8_t* reading = frame.rgb + offsets[k];
         std::uint8_t* colour = colours + 4 * i;
         const int readings = colour[3];
         // Threshold in 0..255: an odd multiplier walks through all residues over voxels and over frames.
@@ -55,7 +65,9 @@ void fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame
             colour[c] = static_cast<std::uint8_t>(std::min((scaled + threshold) >> 8, 255));
         }
         colour[3] = static_cast<std::uint8_t>(std::min(readings + 1, kColourMemory));
+        most = std::max<int>(most, colour[3]);
     }
+    return most;
 }
 
 }  // namespace scalar
@@ -64,9 +76,13 @@ void fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame
 int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours, std::uint16_t* list) {
     return scalar::select_voxels(distances, band, colours, list);
 }
-void fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
-                  std::uint8_t* colours) {
-    scalar::fuse_colours(list, count, frame, base, colours);
+void find_pixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+                 std::int32_t* offsets) {
+    scalar::find_pixels(list, count, frame, base, offsets);
+}
+int fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
+                 std::uint8_t* colours) {
+    return scalar::fuse_colours(list, count, frame, offsets, colours);
 }
 #endif
 

@@ -13,6 +13,7 @@
 #include <hwy/highway.h>
 
 #include "simd/kernel.h"
+#include "simd/set_bits.h"
 #include "simd/vector-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -23,9 +24,13 @@ namespace burin::simd::HWY_NAMESPACE {
 int SelectVoxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours, std::uint16_t* list) {
     return scalar::select_voxels(distances, band, colours, list);
 }
-void FuseColours(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+void FindPixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+                std::int32_t* offsets) {
+    scalar::find_pixels(list, count, frame, base, offsets);
+}
+int FuseColours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
                  std::uint8_t* colours) {
-    scalar::fuse_colours(list, count, frame, base, colours);
+    return scalar::fuse_colours(list, count, frame, offsets, colours);
 }
 
 #else
@@ -33,20 +38,26 @@ void FuseColours(const std::uint16_t* list, int count, const ColourFrame& frame,
 int SelectVoxels(const std::int16_t* HWY_RESTRICT distances, std::int16_t band,
                  const std::uint8_t* HWY_RESTRICT colours, std::uint16_t* HWY_RESTRICT list) {
     const hn::CappedTag<std::int16_t, 32> d;
+    const hn::FixedTag<std::uint16_t, 8> d8;
+    const hn::Rebind<std::uint8_t, decltype(d8)> bytes8;
     const int lanes = static_cast<int>(hn::Lanes(d));
     const auto most = hn::Set(d, band), least = hn::Set(d, static_cast<std::int16_t>(-band));
     int count = 0;
     for (int i = 0; i < kChunkVoxels; i += lanes) {
         const auto v = hn::Load(d, distances + i);
         // Within the band, as equality with the clamped value.
-        const auto wanted = hn::Eq(hn::Min(hn::Max(v, least), most), v);
-        std::uint8_t bytes[8] = {};
-        hn::StoreMaskBits(d, wanted, bytes);
-        std::uint64_t bits;
-        std::memcpy(&bits, bytes, 8);
-        for (; bits != 0; bits &= bits - 1) list[count++] = static_cast<std::uint16_t>(i + std::countr_zero(bits));
-        if (count > 0 && list[count - 1] >= i)
-            for (int k = 0; k < lanes; k += 16) __builtin_prefetch(colours + 4 * (i + k), 1);
+        std::uint8_t bits[8] = {};
+        hn::StoreMaskBits(d, hn::Eq(hn::Min(hn::Max(v, least), most), v), bits);
+        std::uint64_t any;
+        std::memcpy(&any, bits, 8);
+        if (any == 0) continue;
+        for (int k = 0; k < lanes; k += 16) __builtin_prefetch(colours + 4 * (i + k), 1);
+        // Eight at a time: the places of the set bits, and how many are of use.
+        for (int k = 0; k < lanes / 8; ++k) {
+            const auto places = hn::PromoteTo(d8, hn::Load(bytes8, kSetBits.place[bits[k]]));
+            hn::StoreU(hn::Add(places, hn::Set(d8, static_cast<std::uint16_t>(i + 8 * k))), d8, list + count);
+            count += std::popcount(bits[k]);
+        }
     }
     for (int i = count; i % 16 != 0; ++i) list[i] = list[count - 1];
     return count;
@@ -80,22 +91,20 @@ HWY_INLINE void Distort(const ColourFrame& frame, hn::Vec<DF>* u, hn::Vec<DF>* v
     *v = hn::Add(hn::Mul(fy, hn::Add(hn::Mul(y, radial), tangent_y)), cy);
 }
 
+// Offsets of the voxels' pixels in the colour image, -1 for those that have none.
 template <bool kDistorted>
-void Colours(const std::uint16_t* HWY_RESTRICT list, int count, const ColourFrame& frame, ProjectiveBase base,
-             std::uint8_t* HWY_RESTRICT colours) {
+void PixelOffsets(const std::uint16_t* HWY_RESTRICT list, int count, const ColourFrame& frame, ProjectiveBase base,
+                  std::int32_t* HWY_RESTRICT offsets) {
     const DF df;
     const DI di;
     const DU16 du16;
-    const int lanes = static_cast<int>(hn::Lanes(df));
     const auto one = hn::Set(df, 1.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df), least_z = hn::Set(df, kLeastZ);
     const auto width = hn::Set(df, static_cast<float>(frame.width)),
                height = hn::Set(df, static_cast<float>(frame.height));
     const auto last =
         hn::Set(di, static_cast<std::int32_t>((frame.height - 1) * frame.stride + 3 * frame.width - 4));
-    const auto stride = hn::Set(di, static_cast<std::int32_t>(frame.stride));
-    const auto low_byte = hn::Set(di, 255), seven = hn::Set(di, 7);
-    const auto frame_threshold = hn::Set(di, static_cast<std::int32_t>(frame.number * 101u & 255u));
-    for (int k = 0; k < count; k += lanes) {
+    const auto stride = hn::Set(di, static_cast<std::int32_t>(frame.stride)), seven = hn::Set(di, 7);
+    for (int k = 0; k < ((count + 15) & ~15); k += static_cast<int>(hn::Lanes(df))) {
         const auto voxel = hn::PromoteTo(di, hn::Load(du16, list + k));
         const auto at_x = hn::ConvertTo(df, hn::And(voxel, seven)),
                    at_y = hn::ConvertTo(df, hn::And(hn::ShiftRight<3>(voxel), seven)),
@@ -116,19 +125,28 @@ void Colours(const std::uint16_t* HWY_RESTRICT list, int count, const ColourFram
                    row = TruncateInRange(hn::IfThenElseZero(inside, v));
         const auto offset = hn::Add(hn::Mul(row, stride), hn::Add(column, hn::Add(column, column)));
         const auto wanted = hn::And(hn::RebindMask(di, inside), hn::Not(hn::Gt(offset, last)));
-        alignas(64) std::int32_t offsets[16], readings[16], old[16];
-        hn::Store(hn::IfThenElseZero(wanted, offset), di, offsets);
-        for (int i = 0; i < lanes; ++i) {
-            std::memcpy(&readings[i], frame.rgb + offsets[i], 4);
-            std::memcpy(&old[i], colours + 4 * list[k + i], 4);
-        }
-        const auto reading = hn::Load(di, readings), colour = hn::Load(di, old);
+        hn::Store(hn::IfThenElse(wanted, offset, hn::Set(di, -1)), di, offsets + k);
+    }
+}
 
+// The colours after one more reading; where there is none (-1), as they were. Returns the largest count.
+int Mean(const std::uint16_t* HWY_RESTRICT list, int count, std::uint32_t number,
+          const std::int32_t* HWY_RESTRICT offsets, const std::int32_t* HWY_RESTRICT readings,
+          std::int32_t* HWY_RESTRICT values) {
+    const DF df;
+    const DI di;
+    const DU16 du16;
+    const auto one = hn::Set(df, 1.0f);
+    const auto low_byte = hn::Set(di, 255);
+    const auto frame_threshold = hn::Set(di, static_cast<std::int32_t>(number * 101u & 255u));
+    auto most = hn::Zero(di);
+    for (int k = 0; k < count; k += static_cast<int>(hn::Lanes(df))) {
+        const auto voxel = hn::PromoteTo(di, hn::Load(du16, list + k));
+        const auto reading = hn::Load(di, readings + k), colour = hn::Load(di, values + k);
         const auto before = hn::And(hn::ShiftRight<24>(colour), low_byte);
         const auto before_f = hn::ConvertTo(df, before);
         const auto scale = hn::Div(hn::Set(df, 256.0f), hn::Add(before_f, one));
-        const auto threshold =
-            hn::And(hn::Add(hn::Mul(voxel, hn::Set(di, 167)), frame_threshold), low_byte);
+        const auto threshold = hn::And(hn::Add(hn::Mul(voxel, hn::Set(di, 167)), frame_threshold), low_byte);
         const auto mean = [&](auto c, auto r) {  // products below 2^24: exact
             const auto total = hn::Add(hn::Mul(hn::ConvertTo(df, hn::And(c, low_byte)), before_f),
                                        hn::ConvertTo(df, hn::And(r, low_byte)));
@@ -141,16 +159,46 @@ void Colours(const std::uint16_t* HWY_RESTRICT list, int count, const ColourFram
         const auto more = hn::Min(hn::Add(before, hn::Set(di, 1)), hn::Set(di, kColourMemory));
         const auto result = hn::Or(hn::Or(red, hn::ShiftLeft<8>(green)),
                                    hn::Or(hn::ShiftLeft<16>(blue), hn::ShiftLeft<24>(more)));
-        hn::Store(hn::IfThenElse(wanted, result, colour), di, old);
-        // A voxel that is there twice (at the end of the list) takes the same value twice.
-        for (int i = 0; i < lanes; ++i) std::memcpy(colours + 4 * list[k + i], &old[i], 4);
+        const auto none = hn::Lt(hn::Load(di, offsets + k), hn::Zero(di));
+        hn::Store(hn::IfThenElse(none, colour, result), di, values + k);
+        most = hn::Max(most, hn::IfThenZeroElse(none, more));
     }
+    return hn::GetLane(hn::MaxOfLanes(di, most));
 }
 
-void FuseColours(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+// Two words at a time as one store: left to itself, the compiler builds vectors out of single words, which takes
+// thrice as long.
+HWY_INLINE void LoadTwo(const std::uint8_t* a, const std::uint8_t* b, std::int32_t* to) {
+    std::uint32_t first, second;
+    std::memcpy(&first, a, 4);
+    std::memcpy(&second, b, 4);
+    const std::uint64_t both = first | std::uint64_t{second} << 32;
+    std::memcpy(to, &both, 8);
+}
+
+void FindPixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+                std::int32_t* offsets) {
+    frame.distorted ? PixelOffsets<true>(list, count, frame, base, offsets)
+                    : PixelOffsets<false>(list, count, frame, base, offsets);
+    for (int k = 0; k < count; ++k) __builtin_prefetch(frame.rgb + offsets[k]);
+}
+
+int FuseColours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
                  std::uint8_t* colours) {
-    frame.distorted ? Colours<true>(list, count, frame, base, colours)
-                    : Colours<false>(list, count, frame, base, colours);
+    alignas(64) std::int32_t readings[kChunkVoxels], values[kChunkVoxels];
+    const auto pixel = [&](int k) { return frame.rgb + (offsets[k] < 0 ? 0 : offsets[k]); };
+    const int whole = (count + 15) & ~15;
+    for (int k = 0; k < whole; k += 2) LoadTwo(pixel(k), pixel(k + 1), readings + k);
+    for (int k = 0; k < whole; k += 2) LoadTwo(colours + 4 * list[k], colours + 4 * list[k + 1], values + k);
+    const int most = Mean(list, count, frame.number, offsets, readings, values);
+    for (int k = 0; k < count; k += 2) {  // a voxel that is there twice, at the end, takes the same value twice
+        std::uint64_t both;
+        std::memcpy(&both, values + k, 8);
+        const auto first = static_cast<std::uint32_t>(both), second = static_cast<std::uint32_t>(both >> 32);
+        std::memcpy(colours + 4 * list[k], &first, 4);
+        std::memcpy(colours + 4 * list[k + 1], &second, 4);
+    }
+    return most;
 }
 
 #endif  // HWY_SCALAR
@@ -162,6 +210,7 @@ HWY_AFTER_NAMESPACE();
 namespace burin::simd {
 
 HWY_EXPORT(SelectVoxels);
+HWY_EXPORT(FindPixels);
 HWY_EXPORT(FuseColours);
 
 int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours, std::uint16_t* list) {
@@ -169,10 +218,16 @@ int select_voxels(const std::int16_t* distances, std::int16_t band, const std::u
     return BURIN_DISPATCH(SelectVoxels)(distances, band, colours, list);
 }
 
-void fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+void find_pixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
+                 std::int32_t* offsets) {
+    if (scalar_selected()) return scalar::find_pixels(list, count, frame, base, offsets);
+    BURIN_DISPATCH(FindPixels)(list, count, frame, base, offsets);
+}
+
+int fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
                   std::uint8_t* colours) {
-    if (scalar_selected()) return scalar::fuse_colours(list, count, frame, base, colours);
-    BURIN_DISPATCH(FuseColours)(list, count, frame, base, colours);
+    if (scalar_selected()) return scalar::fuse_colours(list, count, frame, offsets, colours);
+    return BURIN_DISPATCH(FuseColours)(list, count, frame, offsets, colours);
 }
 
 }  // namespace burin::simd
