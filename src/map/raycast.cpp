@@ -49,13 +49,12 @@ class Caster {
     void interpolate(bool with_gradients);
     void refine();
 
-    const View& view_;
-    const int x0_, y0_;
-    const float units_, voxels_per_m_;  // voxels a stored unit, and a metre
-    const LatticeFrame in_lattice_;     // of points that are in lattice coordinates already
-    BatchSampler sampler_;
+    // In the order of their alignment.
     simd::RayPacket rays_;
     alignas(64) std::int32_t readings_[kRays] = {};
+    BatchSampler sampler_;
+    const View& view_;
+    std::uint64_t hits_ = 0;
 
     struct Entry {
         std::int32_t high = -1;  // RayPacket::chunk_high
@@ -79,26 +78,28 @@ class Caster {
     float at_[3][kRays] = {};
     float distance_[kRays] = {}, gradient_[3][kRays] = {};
 
-    std::uint64_t hits_ = 0;
     float t_[2][kRays], d_[2][kRays];  // the crossing is between: d[0] > 0 >= d[1]
+    const int x0_, y0_;
+    const float units_, voxels_per_m_;  // voxels a stored unit, and a metre
+    const LatticeFrame in_lattice_;     // of points that are in lattice coordinates already
 };
 
 Caster::Caster(const View& view, int x0, int y0)
-    : view_(view),
+    : sampler_(view.volume),
+      view_(view),
       x0_(x0),
       y0_(y0),
       units_(view.volume.units_to_m() / view.volume.voxel_m()),
       voxels_per_m_(1.0f / view.volume.voxel_m()),
-      in_lattice_{view.lattice.origin, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}},
-      sampler_(view.volume) {
+      in_lattice_{view.lattice.origin, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}} {
     const float* m = view.lattice.map.m;
     const SurfaceBounds::Depths depths = view.bounds.at(x0, y0);
     // A ray may look behind its last chunk, as far as its longest step, and walk back from there.
     const float longest_step = view.volume.shape().truncation_m * voxels_per_m_;
     for (int k = 0; k < 3; ++k) rays_.start[k] = view.lattice.map.offset[k];
     for (int i = 0; i < kRays; ++i) {
-        pixel_ray_[i] = unproject(view.camera,
-                                  {static_cast<double>(x0 + i % kSide), static_cast<double>(y0 + i / kSide)});
+        const int x = x0 + i % kSide, y = y0 + i / kSide;
+        pixel_ray_[i] = unproject(view.camera, {static_cast<double>(x), static_cast<double>(y)});
         const Vec3f r = to_float(pixel_ray_[i]);
         const Vec3f along{m[0] * r.x + m[1] * r.y + m[2] * r.z, m[3] * r.x + m[4] * r.y + m[5] * r.z,
                           m[6] * r.x + m[7] * r.y + m[8] * r.z};
