@@ -19,6 +19,7 @@ struct LatticeFrame {
     simd::LatticeMap map;
 
     LatticeFrame(const Volume& volume, const Se3& T_world_body);
+    LatticeFrame(Vec3i its_origin, const simd::LatticeMap& its_map) : origin(its_origin), map(its_map) {}
 };
 
 // One a thread, some 14 KiB: for a few thousand points.

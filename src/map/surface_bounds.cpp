@@ -36,7 +36,7 @@ SurfaceBounds::SurfaceBounds(const Volume& volume, const Camera& camera, const S
     // Half the diagonal of the chunk, and of one voxel more on each side: cells reach half a voxel out of it,
     // and the crossing must be seen from in front of it.
     const double voxel_m = volume.voxel_m();
-    const float radius = static_cast<float>(voxel_m * (kChunkSide / 2 + 1) * 1.7321);
+    const float radius = static_cast<float>(voxel_m * (0.5 * kChunkSide + 1) * 1.7321);
     const Se3 T_camera_world = T_world_camera.inverse();
     const int items = static_cast<int>((volume.live() + kChunksPerItem - 1) / kChunksPerItem);
     jobs.run(items, [&](int item, int) {
