@@ -34,15 +34,15 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
 
 #else
 
-struct Projected {
-    hn::Vec<DF> u, v, z;
-};
-HWY_INLINE Projected Project(const ProjectiveOffsets::Block& block, int at, const ProjectedChunk& chunk) {
+// The vectors of SVE have no size known to the compiler: none is a member or an element of an array here.
+
+HWY_INLINE void Project(const ProjectiveOffsets::Block& block, int at, const ProjectedChunk& chunk,
+                        hn::Vec<DF>* u, hn::Vec<DF>* v) {
     const DF df;
     const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, block.z + at));
     const auto inverse_z = hn::Div(hn::Set(df, 1.0f), z);
-    return {hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, block.u + at)), inverse_z),
-            hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, block.v + at)), inverse_z), z};
+    *u = hn::Mul(hn::Add(hn::Set(df, chunk.u), hn::Load(df, block.u + at)), inverse_z);
+    *v = hn::Mul(hn::Add(hn::Set(df, chunk.v), hn::Load(df, block.v + at)), inverse_z);
 }
 
 // What the band test finds, over whole rows in 16 bits.
@@ -61,6 +61,21 @@ struct Found {
         return {!hn::AllFalse(d, hn::Gt(band, hn::Set(d, -32767))),
                 !hn::AllFalse(d, hn::Eq(most, hn::Set(d, kFree)))};
     }
+};
+#elif HWY_HAVE_SCALABLE
+struct Found {
+    Observation seen{false, false};
+    HWY_INLINE void Add(hn::Vec<DI> d) {
+        const DI di;
+        seen.touched |=
+            !hn::AllFalse(di, hn::And(hn::Gt(d, hn::Set(di, kUnseen)), hn::Lt(d, hn::Set(di, kFree))));
+        seen.free |= !hn::AllFalse(di, hn::Gt(d, hn::Set(di, kFree - 1)));
+    }
+    HWY_INLINE void Add(hn::Vec<DI> left, hn::Vec<DI> right) {
+        Add(left);
+        Add(right);
+    }
+    HWY_INLINE Observation Get() const { return seen; }
 };
 #else
 struct Found {
@@ -144,8 +159,7 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
     Observation seen{false, false};
     for (int row = 0; row < kSlabs * kBlockVoxels; row += lanes) {  // of 4, through the left blocks of all slabs
         const int slab = row / kBlockVoxels, at = row % kBlockVoxels;
-        hn::Vec<DI> halves[2], weight_halves[2];
-        for (int half = 0; half < 2; ++half) {
+        const auto distance_of = [&](int half, hn::Vec<DI>* weight) HWY_ATTR {
             const int i = (2 * slab + half) * kBlockVoxels + at;
             const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
             const auto reading = hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(du16, raw + i)));
@@ -178,13 +192,15 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
                     w = hn::IfThenElse(applies, dropped, w);
                 }
                 distance = hn::IfThenElse(hn::Eq(w, hn::Zero(di)), unseen, distance);
-                weight_halves[half] = w;
+                *weight = w;
             }
-            halves[half] = distance;
-        }
-        StoreRows(halves[0], halves[1], distances + 2 * row);
+            return distance;
+        };
+        auto left_weight = hn::Zero(di), right_weight = left_weight;
+        const auto left = distance_of(0, &left_weight), right = distance_of(1, &right_weight);
+        StoreRows(left, right, distances + 2 * row);
         if constexpr (kWeighted)  // below 2^15
-            StoreRows(weight_halves[0], weight_halves[1], reinterpret_cast<std::int16_t*>(weights) + 2 * row);
+            StoreRows(left_weight, right_weight, reinterpret_cast<std::int16_t*>(weights) + 2 * row);
     }
     return seen;
 }
@@ -240,8 +256,9 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
         AskFor(ahead + 128 * std::countr_zero(left));
         for (int at = 0; at < kBlockVoxels; at += lanes)
             for (int half = 0; half < 2; ++half, next += lanes) {
-                const Projected p = Project(slab[half], at, chunk);
-                hn::Store(hn::Add(hn::Mul(RoundInRange(p.v), stride), RoundInRange(p.u)), di, next);
+                hn::Vec<DF> u, v;
+                Project(slab[half], at, chunk, &u, &v);
+                hn::Store(hn::Add(hn::Mul(RoundInRange(v), stride), RoundInRange(u)), di, next);
             }
     }
     for (int i = 0; i < 2 * kBlockVoxels * count; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
@@ -251,13 +268,14 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
     for (unsigned left = visible; left != 0; left &= left - 1) {
         const int slab = std::countr_zero(left);
         for (int at = 0; at < kBlockVoxels; at += lanes) {
-            hn::Vec<DI> halves[2];
-            for (int half = 0; half < 2; ++half, reading += lanes) {
+            const auto distance_of = [&](int half) HWY_ATTR {
                 const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
-                halves[half] = Distance(hn::PromoteTo(di, hn::Load(du16, reading)), unit, z);
-            }
-            found.Add(halves[0], halves[1]);
-            StoreRows(halves[0], halves[1], distances + 2 * (slab * kBlockVoxels + at));
+                return Distance(hn::PromoteTo(di, hn::Load(du16, reading + half * lanes)), unit, z);
+            };
+            const auto left_half = distance_of(0), right_half = distance_of(1);
+            reading += 2 * lanes;
+            found.Add(left_half, right_half);
+            StoreRows(left_half, right_half, distances + 2 * (slab * kBlockVoxels + at));
         }
     }
     return found.Get();
