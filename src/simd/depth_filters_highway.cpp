@@ -121,8 +121,8 @@ void RemoveEdgesRow(const DepthRow& in, std::uint16_t* out) {
     }
 }
 
-// scalar::normal_at for the lanes from column x on. Results through pointers, since the vectors of SVE have no size
-// known to the compiler and are no members.
+// scalar::normal_at for the lanes from column x on. Results through pointers, since the vectors of SVE have
+// no size known to the compiler and are no members.
 HWY_INLINE void NormalsAt(const DepthRow& in, const RayModel& rays, int x, int y, VF* normal_x, VF* normal_y,
                           VF* normal_z) {
     const DF df;
@@ -159,8 +159,7 @@ HWY_INLINE void NormalsAt(const DepthRow& in, const RayModel& rays, int x, int y
                nz = hn::Sub(hn::Mul(ax, by), hn::Mul(ay, bx));
     const auto length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)), hn::Mul(nz, nz)));
     const auto positive = hn::Gt(length, hn::Zero(df));
-    const auto supported = hn::And(hn::Ne(centre, zero_i),
-                                   hn::And(hn::Or(left, right), hn::Or(up, down)));
+    const auto supported = hn::And(hn::Ne(centre, zero_i), hn::And(hn::Or(left, right), hn::Or(up, down)));
     const auto one = hn::Set(df, 1.0f);
     const auto scale = hn::Div(one, hn::IfThenElse(positive, length, one));  // a zero vector stays as it is
     const auto use = hn::RebindMask(df, supported);
