@@ -24,7 +24,7 @@ class Arena {
         const std::size_t at = used_;
         used_ += count * sizeof(T);
         if (measuring() || used_ > capacity_) return nullptr;
-        return reinterpret_cast<T*>(base_ + at);
+        return static_cast<T*>(static_cast<void*>(base_ + at));  // aligned by construction
     }
 
   private:

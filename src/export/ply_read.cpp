@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <iterator>
 
 #include "export/ply.h"
 #include "export/ply_header.h"
@@ -27,10 +28,15 @@ class Body {
         if (encoding_ == PlyEncoding::ascii) return next_text(type, value);
         const std::size_t bytes = ply_bytes(type);
         if (left() < bytes) return false;
-        unsigned char raw[8] = {};
-        std::memcpy(raw, at_, bytes);
+        unsigned char buffer[8] = {};
+        std::memcpy(buffer, at_, bytes);
         at_ += bytes;
-        if (encoding_ == PlyEncoding::big_endian) std::reverse(raw, raw + bytes);
+        const unsigned char* raw = buffer;
+        if (encoding_ == PlyEncoding::big_endian) {
+            // All eight, since GCC 12 for aarch64 takes a reversal of some for one that leaves the buffer.
+            std::reverse(std::begin(buffer), std::end(buffer));
+            raw = std::end(buffer) - bytes;
+        }
         switch (type) {
             case PlyType::i8:
                 *value = load<std::int8_t>(raw);

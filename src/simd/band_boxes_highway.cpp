@@ -44,8 +44,8 @@ void BandBoxes(const BandView& view, const float* HWY_RESTRICT u, const float* H
         }
         const auto near = hn::Max(hn::Sub(least_m, tau), zero), far = hn::Add(largest_m, tau);
         const auto at_u = hn::LoadU(df, u + i), at_v = hn::LoadU(df, v + i);
-        hn::Vec<DU> low[3], high[3];
-        for (int r = 0; r < 3; ++r) {
+        // No arrays of vectors: those of SVE have no size known to the compiler.
+        const auto box = [&](int r, hn::Vec<DU>* low, hn::Vec<DU>* high) HWY_ATTR {
             const auto slope = hn::Add(hn::Add(hn::Mul(hn::Set(df, view.slope_u[r]), at_u),
                                                hn::Mul(hn::Set(df, view.slope_v[r]), at_v)),
                                        hn::Set(df, view.slope_1[r]));
@@ -55,14 +55,18 @@ void BandBoxes(const BandView& view, const float* HWY_RESTRICT u, const float* H
                 hn::Add(hn::Min(hn::Mul(near, left), hn::Mul(far, left)), hn::Set(df, view.start_low[r]));
             const auto to =
                 hn::Add(hn::Max(hn::Mul(near, right), hn::Mul(far, right)), hn::Set(df, view.start_high[r]));
-            low[r] = hn::BitCast(du, hn::ConvertTo(di, hn::Min(hn::Max(from, zero), most)));
-            high[r] = hn::BitCast(du, hn::ConvertTo(di, hn::Min(hn::Max(to, zero), most)));
-        }
+            *low = hn::BitCast(du, hn::ConvertTo(di, hn::Min(hn::Max(from, zero), most)));
+            *high = hn::BitCast(du, hn::ConvertTo(di, hn::Min(hn::Max(to, zero), most)));
+        };
+        hn::Vec<DU> low_0, low_1, low_2, high_0, high_1, high_2;
+        box(0, &low_0, &high_0);
+        box(1, &low_1, &high_1);
+        box(2, &low_2, &high_2);
         const auto deep = hn::RebindMask(du, hn::Gt(hn::Sub(largest_m, least_m), hn::Set(df, view.deep_m)));
         auto kind = hn::IfThenElse(deep, hn::Set(du, ChunkBox::kDeep), hn::Set(du, ChunkBox::kBox));
         kind = hn::IfThenZeroElse(hn::Eq(range, hn::Zero(du)), kind);
-        hn::StoreInterleaved4(hn::Or(low[0], hn::ShiftLeft<16>(low[1])), hn::Or(low[2], hn::ShiftLeft<16>(kind)),
-                              hn::Or(high[0], hn::ShiftLeft<16>(high[1])), high[2], du,
+        hn::StoreInterleaved4(hn::Or(low_0, hn::ShiftLeft<16>(low_1)), hn::Or(low_2, hn::ShiftLeft<16>(kind)),
+                              hn::Or(high_0, hn::ShiftLeft<16>(high_1)), high_2, du,
                               reinterpret_cast<std::uint32_t*>(boxes + i));
     }
 }

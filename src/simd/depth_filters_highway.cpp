@@ -121,12 +121,10 @@ void RemoveEdgesRow(const DepthRow& in, std::uint16_t* out) {
     }
 }
 
-struct Normals {
-    VF x, y, z;
-};
-
-// scalar::normal_at for the lanes from column x on.
-HWY_INLINE Normals NormalsAt(const DepthRow& in, const RayModel& rays, int x, int y) {
+// scalar::normal_at for the lanes from column x on. Results through pointers, since the vectors of SVE have
+// no size known to the compiler and are no members.
+HWY_INLINE void NormalsAt(const DepthRow& in, const RayModel& rays, int x, int y, VF* normal_x, VF* normal_y,
+                          VF* normal_z) {
     const DF df;
     const DI di;
     const std::uint16_t* p = in.pixels + x;
@@ -140,47 +138,49 @@ HWY_INLINE Normals NormalsAt(const DepthRow& in, const RayModel& rays, int x, in
         return hn::Set(df, (static_cast<float>(row) - rays.cy) * rays.inverse_fy);
     };
     const auto sx = slope_u(x), sy = slope_v(y);
-    struct Point {
-        MI there;
-        VF x, y, z;
-    };
-    const auto point = [&](std::ptrdiff_t step, VF its_sx, VF its_sy) -> Point {
+    const auto point = [&](std::ptrdiff_t step, VF its_sx, VF its_sy, VF* px, VF* py, VF* pz) HWY_ATTR {
         const auto value = Depths(p + step);
         const auto there = hn::AndNot(AcrossJump(centre, value), hn::Ne(value, zero_i));
         const auto there_f = hn::RebindMask(df, there);
         const auto z = hn::Mul(hn::ConvertTo(df, hn::IfThenElse(there, value, centre)), unit);
-        return {there, hn::Mul(z, hn::IfThenElse(there_f, its_sx, sx)),
-                hn::Mul(z, hn::IfThenElse(there_f, its_sy, sy)), z};
+        *px = hn::Mul(z, hn::IfThenElse(there_f, its_sx, sx));
+        *py = hn::Mul(z, hn::IfThenElse(there_f, its_sy, sy));
+        *pz = z;
+        return there;
     };
-    const Point right = point(1, slope_u(x + 1), sy), left = point(-1, slope_u(x - 1), sy),
-                down = point(in.stride, sx, slope_v(y + 1)), up = point(-in.stride, sx, slope_v(y - 1));
-    const auto ax = hn::Sub(down.x, up.x), ay = hn::Sub(down.y, up.y), az = hn::Sub(down.z, up.z);
-    const auto bx = hn::Sub(right.x, left.x), by = hn::Sub(right.y, left.y), bz = hn::Sub(right.z, left.z);
+    VF right_x, right_y, right_z, left_x, left_y, left_z, down_x, down_y, down_z, up_x, up_y, up_z;
+    const MI right = point(1, slope_u(x + 1), sy, &right_x, &right_y, &right_z);
+    const MI left = point(-1, slope_u(x - 1), sy, &left_x, &left_y, &left_z);
+    const MI down = point(in.stride, sx, slope_v(y + 1), &down_x, &down_y, &down_z);
+    const MI up = point(-in.stride, sx, slope_v(y - 1), &up_x, &up_y, &up_z);
+    const auto ax = hn::Sub(down_x, up_x), ay = hn::Sub(down_y, up_y), az = hn::Sub(down_z, up_z);
+    const auto bx = hn::Sub(right_x, left_x), by = hn::Sub(right_y, left_y), bz = hn::Sub(right_z, left_z);
     const auto nx = hn::Sub(hn::Mul(ay, bz), hn::Mul(az, by)), ny = hn::Sub(hn::Mul(az, bx), hn::Mul(ax, bz)),
                nz = hn::Sub(hn::Mul(ax, by), hn::Mul(ay, bx));
     const auto length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)), hn::Mul(nz, nz)));
     const auto positive = hn::Gt(length, hn::Zero(df));
-    const auto supported = hn::And(hn::Ne(centre, zero_i),
-                                   hn::And(hn::Or(left.there, right.there), hn::Or(up.there, down.there)));
+    const auto supported = hn::And(hn::Ne(centre, zero_i), hn::And(hn::Or(left, right), hn::Or(up, down)));
     const auto one = hn::Set(df, 1.0f);
     const auto scale = hn::Div(one, hn::IfThenElse(positive, length, one));  // a zero vector stays as it is
     const auto use = hn::RebindMask(df, supported);
-    return {hn::IfThenElseZero(use, hn::Mul(nx, scale)), hn::IfThenElseZero(use, hn::Mul(ny, scale)),
-            hn::IfThenElseZero(use, hn::Mul(nz, scale))};
+    *normal_x = hn::IfThenElseZero(use, hn::Mul(nx, scale));
+    *normal_y = hn::IfThenElseZero(use, hn::Mul(ny, scale));
+    *normal_z = hn::IfThenElseZero(use, hn::Mul(nz, scale));
 }
 
 void NormalsRow(const DepthRow& in, const RayModel& rays, int y, float* normals) {
     const DF df;
     const int lanes = static_cast<int>(hn::Lanes(df));
+    VF nx, ny, nz;
     int x = 0;
     for (; x + lanes <= in.width; x += lanes) {
-        const Normals n = NormalsAt(in, rays, x, y);
-        hn::StoreInterleaved3(n.x, n.y, n.z, df, normals + 3 * x);
+        NormalsAt(in, rays, x, y, &nx, &ny, &nz);
+        hn::StoreInterleaved3(nx, ny, nz, df, normals + 3 * x);
     }
     if (x == in.width) return;
-    const Normals n = NormalsAt(in, rays, x, y);
+    NormalsAt(in, rays, x, y, &nx, &ny, &nz);
     alignas(64) float rest[3 * 16];
-    hn::StoreInterleaved3(n.x, n.y, n.z, df, rest);
+    hn::StoreInterleaved3(nx, ny, nz, df, rest);
     std::copy_n(rest, 3 * (in.width - x), normals + 3 * x);
 }
 
@@ -200,11 +200,12 @@ void WeightsRow(const DepthRow& in, const RayModel& rays, int y, const WeightMod
             w = hn::Min(hn::Div(w, hn::Mul(z, z)), most);
         }
         if (model.angle) {
-            const Normals n = NormalsAt(in, rays, x, y);
+            VF nx, ny, nz;
+            NormalsAt(in, rays, x, y, &nx, &ny, &nz);
             const auto ray_x = hn::Mul(hn::Sub(hn::ConvertTo(df, hn::Iota(di, x)), hn::Set(df, rays.cx)),
                                        hn::Set(df, rays.inverse_fx));
             const auto ray_y = hn::Set(df, (static_cast<float>(y) - rays.cy) * rays.inverse_fy);
-            const auto dot = hn::Add(hn::Add(hn::Mul(n.x, ray_x), hn::Mul(n.y, ray_y)), n.z);
+            const auto dot = hn::Add(hn::Add(hn::Mul(nx, ray_x), hn::Mul(ny, ray_y)), nz);
             const auto square = hn::Add(hn::Add(hn::Mul(ray_x, ray_x), hn::Mul(ray_y, ray_y)), one);
             const auto cosine = hn::Div(hn::Neg(dot), hn::Sqrt(square));
             w = hn::Mul(w, hn::Max(cosine, hn::Set(df, 0.1f)));

@@ -59,17 +59,17 @@ void KeepInRange(const std::uint16_t* in, int count, RawRange range, std::uint16
 
 // to_unit of depth.cpp.
 struct ToUnit {
-    explicit ToUnit(const DepthConversion& c)
-        : min_m(hn::Set(DF(), c.min_m)), max_m(hn::Set(DF(), c.max_m)), unit_m(hn::Set(DF(), c.unit_m)) {}
+    explicit ToUnit(const DepthConversion& conversion) : c(conversion) {}
     HWY_INLINE hn::Vec<DI> operator()(hn::Vec<DF> metres) const {
         const DF df;
         const DI di;
-        const auto in = hn::And(hn::Ge(metres, min_m), hn::Le(metres, max_m));
-        const auto units = hn::Add(hn::Div(hn::IfThenElseZero(in, metres), unit_m), hn::Set(df, 0.5f));
+        const auto in = hn::And(hn::Ge(metres, hn::Set(df, c.min_m)), hn::Le(metres, hn::Set(df, c.max_m)));
+        const auto units =
+            hn::Add(hn::Div(hn::IfThenElseZero(in, metres), hn::Set(df, c.unit_m)), hn::Set(df, 0.5f));
         const auto whole = hn::Min(hn::Max(hn::ConvertTo(di, units), hn::Set(di, 1)), hn::Set(di, 65534));
         return hn::IfThenElseZero(hn::RebindMask(di, in), whole);
     }
-    hn::Vec<DF> min_m, max_m, unit_m;
+    const DepthConversion& c;  // no vectors as members: those of SVE have no size known to the compiler
 };
 
 void ConvertU16(const std::uint16_t* in, int count, const DepthConversion& c, std::uint16_t* out) {

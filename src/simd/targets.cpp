@@ -3,10 +3,14 @@
 
 #include <atomic>
 #include <cctype>
+#include <cstdint>
 #include <cstdlib>
 
 #if !defined(BURIN_SCALAR_ONLY)
 #include "simd/kernel.h"
+#if HWY_ARCH_ARM_A64 && defined(__linux__)
+#include <sys/auxv.h>
+#endif
 #endif
 
 namespace burin::simd {
@@ -38,6 +42,17 @@ long long target_named(const std::string& name) {
     return 0;
 }
 
+// The targets that this build holds and this machine runs, best first.
+std::vector<std::int64_t> runnable() {
+#if HWY_ARCH_ARM_A64 && defined(__linux__)
+    // What Highway calls NEON includes the AES instructions. The kernels have none, every aarch64 has the
+    // rest, and the Raspberry Pi 3 and 4 have no AES: Highway itself would warn on stderr and leave them to
+    // the scalar kernels.
+    if ((::getauxval(AT_HWCAP) & HWCAP_AES) == 0) return {HWY_NEON};
+#endif
+    return hwy::SupportedAndGeneratedTargets();
+}
+
 struct State {
     // An instance of our own: an application that uses Highway too keeps its choice.
     hwy::ChosenTarget chosen;
@@ -52,7 +67,7 @@ struct State {
     }
     // The best usable target, or the best of those not above `wanted` (exactly: only that one).
     bool choose(long long wanted, bool exactly) {
-        for (const long long target : hwy::SupportedAndGeneratedTargets()) {
+        for (const long long target : runnable()) {
             if (!usable(target) || (exactly ? target != wanted : target < wanted)) continue;
             chosen.Update(target);
             scalar = false;
@@ -88,7 +103,7 @@ bool select_target(const std::string& name) {
 
 std::vector<std::string> target_names() {
     std::vector<std::string> names;
-    for (const long long target : hwy::SupportedAndGeneratedTargets()) {
+    for (const long long target : runnable()) {
         if (usable(target)) names.push_back(name_of(target));
     }
     names.push_back("scalar");

@@ -32,14 +32,14 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
 
 #else
 
+// The vectors of SVE have no size known to the compiler: none is a member or an element of an array here, but where
+// only other targets compile it.
+
 // The nearest pixels of `lanes` voxels of a block, and their depths. kClip: clipped to the border; else all fall into
 // the image. For chunks that are `far`.
-struct Projected {
-    hn::Vec<DI> column, row;
-    hn::Vec<DF> z;
-};
 template <bool kClip>
-HWY_INLINE Projected Project(const DepthProjection& frame, const ProjectedChunk& chunk, int block, int at) {
+HWY_INLINE void Project(const DepthProjection& frame, const ProjectedChunk& chunk, int block, int at,
+                        hn::Vec<DI>* column, hn::Vec<DI>* row, hn::Vec<DF>* z_out) {
     const DF df;
     const ProjectiveOffsets::Block& offsets = frame.offsets.block[block];
     const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, offsets.z + at));
@@ -50,7 +50,9 @@ HWY_INLINE Projected Project(const DepthProjection& frame, const ProjectedChunk&
         u = hn::Min(hn::Max(u, hn::Zero(df)), hn::Set(df, static_cast<float>(frame.width) + 1.0f));
         v = hn::Min(hn::Max(v, hn::Zero(df)), hn::Set(df, static_cast<float>(frame.height) + 1.0f));
     }
-    return {RoundInRange(u), RoundInRange(v), z};
+    *column = RoundInRange(u);
+    *row = RoundInRange(v);
+    *z_out = z;
 }
 
 // What the band test finds, over whole rows in 16 bits.
@@ -69,6 +71,21 @@ struct Found {
         return {!hn::AllFalse(d, hn::Gt(band, hn::Set(d, -32767))),
                 !hn::AllFalse(d, hn::Eq(most, hn::Set(d, kFree)))};
     }
+};
+#elif HWY_HAVE_SCALABLE
+struct Found {
+    Observation seen{false, false};
+    HWY_INLINE void Add(hn::Vec<DI> d) {
+        const DI di;
+        seen.touched |=
+            !hn::AllFalse(di, hn::And(hn::Gt(d, hn::Set(di, kUnseen)), hn::Lt(d, hn::Set(di, kFree))));
+        seen.free |= !hn::AllFalse(di, hn::Gt(d, hn::Set(di, kFree - 1)));
+    }
+    HWY_INLINE void Add(hn::Vec<DI> left, hn::Vec<DI> right) {
+        Add(left);
+        Add(right);
+    }
+    HWY_INLINE Observation Get() const { return seen; }
 };
 #else
 struct Found {
@@ -152,8 +169,7 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
     Observation seen{false, false};
     for (int row = 0; row < kSlabs * kBlockVoxels; row += lanes) {  // of 4, through the left blocks of all slabs
         const int slab = row / kBlockVoxels, at = row % kBlockVoxels;
-        hn::Vec<DI> halves[2], weight_halves[2];
-        for (int half = 0; half < 2; ++half) {
+        const auto distance_of = [&](int half, hn::Vec<DI>* weight) HWY_ATTR {
             const int i = (2 * slab + half) * kBlockVoxels + at;
             const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
             const auto reading = hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(du16, raw + i)));
@@ -186,13 +202,15 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
                     w = hn::IfThenElse(applies, dropped, w);
                 }
                 distance = hn::IfThenElse(hn::Eq(w, hn::Zero(di)), unseen, distance);
-                weight_halves[half] = w;
+                *weight = w;
             }
-            halves[half] = distance;
-        }
-        StoreRows(halves[0], halves[1], distances + 2 * row);
+            return distance;
+        };
+        auto left_weight = hn::Zero(di), right_weight = left_weight;
+        const auto left = distance_of(0, &left_weight), right = distance_of(1, &right_weight);
+        StoreRows(left, right, distances + 2 * row);
         if constexpr (kWeighted)  // below 2^15
-            StoreRows(weight_halves[0], weight_halves[1], reinterpret_cast<std::int16_t*>(weights) + 2 * row);
+            StoreRows(left_weight, right_weight, reinterpret_cast<std::int16_t*>(weights) + 2 * row);
     }
     return seen;
 }
@@ -225,8 +243,10 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
         AskFor(ahead + 64 * block);
         for (int at = 0; at < kBlockVoxels; at += lanes)
             for (int half = 0; half < 2; ++half, next += lanes) {
-                const Projected p = Project<kClip>(frame, chunk, block + half, at);
-                hn::Store(hn::Add(hn::Mul(p.row, stride), p.column), di, next);
+                hn::Vec<DI> column, row;
+                hn::Vec<DF> z;
+                Project<kClip>(frame, chunk, block + half, at, &column, &row, &z);
+                hn::Store(hn::Add(hn::Mul(row, stride), column), di, next);
             }
     }
     for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
@@ -236,13 +256,14 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
     const std::uint16_t* reading = raw;
     for (int block = 0; block < kBlocks; block += 2)
         for (int at = 0; at < kBlockVoxels; at += lanes) {
-            hn::Vec<DI> halves[2];
-            for (int half = 0; half < 2; ++half, reading += lanes) {
+            const auto distance_of = [&](int half) HWY_ATTR {
                 const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.block[block + half].z + at));
-                halves[half] = Distance<kAlong>(hn::PromoteTo(di, hn::Load(du16, reading)), unit, z, along);
-            }
-            found.Add(halves[0], halves[1]);
-            StoreRows(halves[0], halves[1], distances + block * kBlockVoxels + 2 * at);
+                return Distance<kAlong>(hn::PromoteTo(di, hn::Load(du16, reading + half * lanes)), unit, z, along);
+            };
+            const auto left = distance_of(0), right = distance_of(1);
+            reading += 2 * lanes;
+            found.Add(left, right);
+            StoreRows(left, right, distances + block * kBlockVoxels + 2 * at);
         }
     return found.Get();
 }
@@ -296,14 +317,16 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
         AskFor(ahead + 64 * block);
         hn::Vec<DI> halves[2];
         for (int half = 0; half < 2; ++half) {
-            const Projected p = Project<kClip>(frame, chunk, block + half, 0);
+            hn::Vec<DI> column, row;
+            hn::Vec<DF> z;
+            Project<kClip>(frame, chunk, block + half, 0, &column, &row, &z);
             // Row and column in the window, 3 bits each; the look-up ignores higher ones.
             const auto index =
-                hn::Sub(hn::Add(hn::ShiftLeft<3>(p.row), p.column), hn::Set(di, first[block + half]));
+                hn::Sub(hn::Add(hn::ShiftLeft<3>(row), column), hn::Set(di, first[block + half]));
             const Window window = LoadWindow(pixels + corner[block + half], row_step);
             const hn::Vec<DI> reading{
                 _mm512_maskz_permutex2var_epi16(kEven, window.low, index.raw, window.high)};
-            halves[half] = Distance<kAlong>(reading, unit, p.z, along);
+            halves[half] = Distance<kAlong>(reading, unit, z, along);
         }
         found.Add(halves[0], halves[1]);
         StoreRows(halves[0], halves[1], distances + kBlockVoxels * block);

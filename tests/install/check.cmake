@@ -1,6 +1,7 @@
 # cmake -DFORM=static|shared -DSOURCE=.. -DWORK=.. -DVERSION=.. -DGENERATOR=.. -DC_COMPILER=.. -DCXX_COMPILER=.. -DNM=..
 #       [-DLAUNCHER=ccache] -P check.cmake
 cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/symbols.cmake)
 
 function(run what)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -54,30 +55,9 @@ foreach(text IN LISTS texts)
   endif()
 endforeach()
 
-# 3. The symbols of the shared form: the C interface, all of it, and nothing more.
+# 3. The symbols of the shared form.
 if(shared)
-  run("nm" ${NM} -D --defined-only ${library})
-  string(REGEX MATCHALL "[^\n]+" lines "${output}")
-  set(exported)
-  foreach(line IN LISTS lines)
-    string(REGEX REPLACE "^.* " "" symbol "${line}")
-    if(NOT symbol MATCHES "^burin_")
-      message(FATAL_ERROR "shared: exports ${symbol}; only burin_* belongs to the interface")
-    endif()
-    list(APPEND exported ${symbol})
-  endforeach()
-  file(READ ${SOURCE}/include/burin/burin.h header)
-  string(REGEX MATCHALL "BURIN_API [a-z0-9_]+[ *]+ *burin_[a-z0-9_]+\\(|BURIN_API const char\\* burin_[a-z0-9_]+\\(" declared "${header}")
-  foreach(declaration IN LISTS declared)
-    string(REGEX REPLACE ".*(burin_[a-z0-9_]+)\\($" "\\1" symbol "${declaration}")
-    if(NOT symbol IN_LIST exported)
-      message(FATAL_ERROR "shared: ${symbol} is declared in burin.h but not exported")
-    endif()
-  endforeach()
-  list(LENGTH declared count)
-  if(count LESS 5)
-    message(FATAL_ERROR "shared: only ${count} declarations were recognised in burin.h; mend this test")
-  endif()
+  check_symbols(${library} ${SOURCE}/include/burin/burin.h)
 endif()
 
 # 4. The three ways to use it, each from a C99 program with warnings as errors.
