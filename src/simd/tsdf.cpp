@@ -25,12 +25,18 @@ inline int drop_factor(Drop drop, float behind, float start, float tau) {
     return round_to_int(256.0f * (y * y));
 }
 
-// limit: of a step.
-inline void average(int distance, int w, int max_weight, float limit, std::int16_t* sdf,
-                    std::uint16_t* sum) {
+inline void average(int distance, int w, int max_weight, std::int16_t* sdf, std::uint16_t* sum) {
     const int total = *sum + w;
     const float step = static_cast<float>(w * (distance - *sdf)) / static_cast<float>(total);
-    *sdf = static_cast<std::int16_t>(*sdf + round_to_int(std::min(std::max(step, -limit), limit)));
+    *sdf = static_cast<std::int16_t>(*sdf + round_to_int(step));
+    *sum = static_cast<std::uint16_t>(std::min(total, max_weight));
+}
+
+// The same where every observation weighs kWeightOne: a step of more than 16 bits can't be.
+inline void average_constant(int distance, int max_weight, std::int16_t* sdf, std::uint16_t* sum) {
+    const int total = *sum + kWeightOne;
+    const int step = round_to_int(static_cast<float>(kWeightOne * (distance - *sdf)) / static_cast<float>(total));
+    *sdf = static_cast<std::int16_t>(*sdf + std::clamp(step, -32768, 32767));
     *sum = static_cast<std::uint16_t>(std::min(total, max_weight));
 }
 
@@ -85,8 +91,10 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
     int least = kFree;
     for (int i = 0; i < kChunkVoxels; ++i) {
         if (distances[i] == kUnseen) continue;
-        average(distances[i], weights ? weights[i] : kWeightOne, max_weight, weights ? 65535.0f : kScale,
-                &sdf[i], &weight_sum[i]);
+        if (weights)
+            average(distances[i], weights[i], max_weight, &sdf[i], &weight_sum[i]);
+        else
+            average_constant(distances[i], max_weight, &sdf[i], &weight_sum[i]);
         least = std::min(least, std::abs(static_cast<int>(sdf[i])));
     }
     return least;
@@ -99,7 +107,7 @@ int carve_distances(const std::int16_t* distances, const std::uint16_t* weights,
     for (int i = 0; i < kChunkVoxels; ++i) {
         if (weight_sum[i] == 0) continue;
         if (distances[i] == kFree && sdf[i] != kFree) {
-            average(distances[i], times * (weights ? weights[i] : kWeightOne), max_weight, 65535.0f, &sdf[i],
+            average(distances[i], times * (weights ? weights[i] : kWeightOne), max_weight, &sdf[i],
                     &weight_sum[i]);
             changed = true;
         }

@@ -95,7 +95,9 @@ int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RE
         const auto total = hn::Add(sum, w);
         const auto step =
             hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(d, before))), hn::ConvertTo(df, total));
-        const auto after = hn::IfThenElse(seen, hn::Add(before, RoundInRange(step)), before);
+        auto whole = RoundInRange(step);
+        if constexpr (!kWeighted) whole = hn::Min(hn::Max(whole, hn::Set(di, -32768)), hn::Set(di, 32767));
+        const auto after = hn::IfThenElse(seen, hn::Add(before, whole), before);
         const auto sum_after = hn::IfThenElse(seen, hn::Min(total, max_weight), sum);
         hn::Store(hn::DemoteTo(d16, after), d16, sdf + i);
         hn::Store(hn::DemoteTo(du16, sum_after), du16, weight_sum + i);
