@@ -19,7 +19,7 @@ void classify(benchmark::State& state) {
         }
     std::uint8_t known[64], inside[64];
     std::size_t i = 0;
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         simd::classify_rows(chunks[i].sdf, chunks[i].weight, 0, 1, 64, 32, known, inside);
         benchmark::DoNotOptimize(known);
         benchmark::DoNotOptimize(inside);

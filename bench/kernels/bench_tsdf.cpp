@@ -32,7 +32,7 @@ void observe(benchmark::State& state, bool quadratic) {
     simd::TruncationModel truncation = scene().truncation;
     if (quadratic) truncation = {0.08f, true, 0.0038f, 0.00304f, 0.003f, 0.02f};
     std::size_t i = 0;
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         const auto got = simd::observe_chunk(scene().window(), scene().offsets, scene().bases[i], truncation,
                                              distances, nullptr);
         benchmark::DoNotOptimize(got);
@@ -47,7 +47,7 @@ void over_chunks(benchmark::State& state, Body body) {
     for (ChunkGeometry& chunk : chunks)
         for (int v = 0; v < kChunkVoxels; ++v) chunk.sdf[v] = 8000, chunk.weight[v] = 640;
     std::size_t i = 0;
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         benchmark::DoNotOptimize(body(observed().distances[i], chunks[i]));
         benchmark::ClobberMemory();
         i = (i + 1) % KernelScene::kChunks;
@@ -76,8 +76,8 @@ void fuse_colour(benchmark::State& state, bool distorted) {
                                        distorted,
                                        KernelScene::kFocal,
                                        KernelScene::kFocal,
-                                       KernelScene::kWidth / 2,
-                                       KernelScene::kHeight / 2,
+                                       KernelScene::kCentreU,
+                                       KernelScene::kCentreV,
                                        distorted ? 0.1f : 0,
                                        0,
                                        0,
@@ -86,7 +86,7 @@ void fuse_colour(benchmark::State& state, bool distorted) {
     const simd::ColourModel model = {16384, 7};
     std::vector<bench::PoolColour> chunks(KernelScene::kChunks);
     std::size_t i = 0;
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         simd::fuse_colours(observed().distances[i], window, scene().offsets, scene().bases[i], model,
                            &chunks[i].rgbn[0][0]);
         benchmark::ClobberMemory();

@@ -20,7 +20,7 @@ struct KernelScene {
     static constexpr int kWidth = 640, kHeight = 480, kStride = kWidth + 2;
     static constexpr int kChunks =
         256;  // 512 KiB of geometry: in the second-level cache, as the prefetch leaves it
-    static constexpr float kFocal = 525, kUnit = 0.0002f, kVoxel = 0.005f;
+    static constexpr float kFocal = 525, kCentreU = 320, kCentreV = 240, kUnit = 0.0002f, kVoxel = 0.005f;
 
     std::vector<std::uint16_t> depth = std::vector<std::uint16_t>(kStride * (kHeight + 2), 0);
     std::vector<std::uint8_t> rgb = std::vector<std::uint8_t>(kWidth * kHeight * 3 + 16);
@@ -37,7 +37,7 @@ struct KernelScene {
             for (int x = 0; x < kWidth; ++x) {
                 const float noise = 0.003f * (static_cast<float>(random() & 255) / 128 - 1);
                 // One pixel in 32 has no depth.
-                depth[static_cast<std::size_t>((y + 1) * kStride + x + 1)] =
+                depth[static_cast<std::size_t>(y + 1) * kStride + static_cast<std::size_t>(x + 1)] =
                     (random() & 31) == 0
                         ? 0
                         : static_cast<std::uint16_t>((wall_m(static_cast<float>(x)) + noise) / kUnit);
@@ -50,8 +50,8 @@ struct KernelScene {
             const double p[3] = {kVoxel * (i & 7), kVoxel * (i >> 3 & 7), kVoxel * (i >> 6)};
             double q[3];
             for (int r = 0; r < 3; ++r) q[r] = R[r][0] * p[0] + R[r][1] * p[1] + R[r][2] * p[2];
-            offsets.u[i] = static_cast<float>(kFocal * q[0] + kWidth / 2 * q[2]);
-            offsets.v[i] = static_cast<float>(kFocal * q[1] + kHeight / 2 * q[2]);
+            offsets.u[i] = static_cast<float>(kFocal * q[0] + kCentreU * q[2]);
+            offsets.v[i] = static_cast<float>(kFocal * q[1] + kCentreV * q[2]);
             offsets.z[i] = static_cast<float>(q[2]);
         }
         for (int i = 0; i < kChunks; ++i) {

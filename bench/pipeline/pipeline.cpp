@@ -19,7 +19,6 @@
 namespace {
 
 using burin::Frame;
-using burin::Result;
 using burin::Status;
 using burin::bench::cpu_ms;
 using burin::bench::now_ms;

@@ -22,7 +22,7 @@ std::string frames_of(const Options& o, const std::string& dataset) {
     if (!o.frames.empty()) return o.frames;
     // 15 timed frames after 3, where the camera already moves and the truth has begun.
     if (o.quick) return name_of(dataset) == "room" ? "0:18" : "40:58";
-    return name_of(dataset) == "tum_fr3_structure_notexture_far" ? "0:100" : "0:50";
+    return name_of(dataset) == "tum_fr3_structure_notexture_far" ? "0:60" : "0:30";
 }
 
 Json kernels(const Options& o) {

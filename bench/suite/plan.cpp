@@ -94,7 +94,6 @@ std::vector<Job> plan_jobs(const Options& o, const std::string& dataset, const s
         p.ours(10, 2, false, {});
         p.ours(5, 2, true, {});
         p.ours(5, 2, true, {"--mesh-each"}, "-incremental");
-        p.ours(10, 1, true, {});
         p.ours(5, 1, true, {"--mesh-each"}, "-incremental");
         p.theirs("scalable", 5, 2, false, 1);
     }

@@ -13,7 +13,7 @@ struct Options {
     std::string build, data, results, json_file, frames, machine, commit;
     std::vector<std::string> datasets;  // folders
     bool quick = false, open3d = false;
-    int rounds = 3, warm = 10, nice = 0;
+    int rounds = 3, warm = 10, nice = 0, minutes = 15;
     double deadline_s = 1e9;
 };
 

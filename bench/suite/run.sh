@@ -14,9 +14,9 @@ for argument in "$@"; do
     esac
 done
 
-# Rendered once and kept: two dozen frames for --quick, 60 for the whole.
+# Rendered once and kept: 20 frames for --quick, 30 for the whole.
 room() {
-    local frames=60
+    local frames=30
     [[ -z $quick ]] || frames=20
     local folder=$results/rendered-$frames/room
     if [[ ! -f $folder/associations.txt ]]; then

@@ -47,6 +47,7 @@ Json entry_of(const Options& o, const Run& run, Json* report) {
 int run(Options& o) {
     if (o.nice != 0 && setpriority(PRIO_PROCESS, 0, o.nice) != 0)
         std::fprintf(stderr, "suite: no right to priority %d: going on without\n", o.nice);
+    o.deadline_s = 60 * o.minutes;
     if (o.quick) o.deadline_s = kQuickDeadline, o.warm = 3, o.rounds = 6;
     Json report = {{"machine", o.machine}, {"commit", o.commit}, {"run", o.quick ? "quick" : "full"}};
     std::vector<Run> runs;
@@ -106,6 +107,8 @@ int main(int argc, char** argv) {
     app.add_option("--json", o.json_file, "the report");
     app.add_option("--frames", o.frames, "A:B instead of what suits the data set");
     app.add_option("--rounds", o.rounds, "over all programs")->check(CLI::Range(1, 100));
+    app.add_option("--minutes", o.minutes, "further rounds end by then, the first does not")
+        ->check(CLI::Range(1, 1000));
     app.add_option("--nice", o.nice, "priority for the time of the bench, -20..19");
     app.add_flag("--quick", o.quick, "under 50 s: one data set, few frames");
     app.add_flag("--open3d", o.open3d, "Open3D beside it");
