@@ -84,7 +84,6 @@ Json memory(const Options& o, const std::string& dataset) {
         out["frames" + suffix] = json["frames"];
         out["dropped_chunks" + suffix] = json["chunks"]["dropped"];
         out["rss_fused_mb" + suffix] = 1e-6 * m["rss_fused_bytes"].get<double>();
-        out["peak_rss_with_mesh_mb" + suffix] = 1e-6 * m["peak_rss_bytes"].get<double>();
         out["map_bytes_per_m2" + suffix] = m["map_bytes_per_m2"];
         out["mesh_scratch_bytes_per_vertex" + suffix] = m["mesh_scratch_bytes_per_vertex"];
     }

@@ -14,7 +14,7 @@ struct Options {
     std::vector<std::string> datasets;  // folders
     bool quick = false, open3d = false;
     int rounds = 3, warm = 10, nice = 0, minutes = 15;
-    double deadline_s = 1e9;
+    double deadline_s = 1e9, spent_s = 0;
 };
 
 // frames: "A:B"; every program decodes them into memory first.

@@ -54,4 +54,4 @@ machine=$(tr -cs 'A-Za-z0-9\n' '-' <<<"${machine,,}" | sed 's/^-//; s/-$//')
 commit=$(git -C "$source" rev-parse --short HEAD 2>/dev/null || echo unknown)
 git -C "$source" diff --quiet HEAD -- . ':!bench/results' 2>/dev/null || commit+=+  # with changes of its own
 exec "$build/bench/suite/bench_suite" --build "$build" --results "$results" --machine "$machine" --commit "$commit" \
-    "${arguments[@]}"
+    --spent "$SECONDS" "${arguments[@]}"
