@@ -14,10 +14,10 @@ for argument in "$@"; do
     esac
 done
 
-# Rendered once and kept: 20 frames for --quick, 30 for the whole.
+# Rendered once and kept: 11 frames for --quick, 30 for the whole.
 room() {
     local frames=30
-    [[ -z $quick ]] || frames=20
+    [[ -z $quick ]] || frames=11
     local folder=$results/rendered-$frames/room
     if [[ ! -f $folder/associations.txt ]]; then
         rm -rf "$folder"
