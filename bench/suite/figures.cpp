@@ -151,7 +151,7 @@ Json ratios_of(const std::vector<Job>& jobs, int warm) {
     r["mesh_full_vs_o3d"] = number(theirs / figure("burin-5mm-1t", "mesh_full_cpu_ms"));
     const auto incremental = [&](const std::string& name) {
         const std::string job = name + "-incremental";
-        return figure(job, "mesh_ms") / figure(job, "frame_ms");
+        return figure(job, "mesh_cpu_ms") / figure(job, "frame_cpu_ms");
     };
     r["mesh_incremental_vs_integrate"] = number(
         std::isnan(incremental("burin-5mm-1t")) ? incremental("burin-5mm-2t") : incremental("burin-5mm-1t"));
