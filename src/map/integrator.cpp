@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 
 #include "core/hash.h"
 #include "map/integrator_job.h"
@@ -12,6 +13,19 @@ namespace {
 
 constexpr int kChunksPerItem = 64;  // one step of the job counter; 64 chunks take some 15 us
 static_assert(kChunksPerItem % simd::kBatchChunks == 0);
+
+// Adds the time since the last lap to `to`.
+class Laps {
+  public:
+    void add(double* to) {
+        const auto now = std::chrono::steady_clock::now();
+        *to += std::chrono::duration<double, std::milli>(now - last_).count();
+        last_ = now;
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
 
 template <class Body>
 void for_ranges(Jobs& jobs, int count, Body&& body) {
@@ -37,7 +51,9 @@ void Integrator::place(Arena& arena, const IntegrationOptions& options, int max_
 IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth, const FrameView& frame,
                                         std::uint32_t frame_number, Jobs& jobs) {
     const DepthImage& image = depth.image;
+    times_ = {};
     if (image.valid == 0) return {};
+    Laps laps;
     const Se3 T_camera_world = frame.T_world_camera.inverse();
     const double voxel_m = volume.voxel_m();
     const float units_per_m = options_.truncation.units_per_m();
@@ -85,13 +101,20 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
 
     IntegrationCounts counts;
     while (marker_.next_slab())
-        while (const int n = marker_.collect(xyz_[0], xyz_[1], xyz_[2], kBatch)) fuse_batch(job, n, counts);
+        while (const int n = marker_.collect(xyz_[0], xyz_[1], xyz_[2], kBatch)) {
+            laps.add(&times_.mark);
+            fuse_batch(job, n, counts);
+            laps = {};
+        }
+    laps.add(&times_.mark);
     if (options_.carve) carve(job, counts);
+    laps.add(&times_.carve);
     return counts;
 }
 
 void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
     Volume& volume = job.volume;
+    Laps laps;
     for_ranges(job.jobs, count, [&](int first, int end) { choose(job, first, end); });
     int chosen = 0, missing = 0;
     for (int i = 0; i < count; ++i) {
@@ -99,6 +122,11 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         chosen_[chosen++] = static_cast<std::uint16_t>(i);
         if (candidates_[i].slot == kNoChunk) missing_[missing++] = static_cast<std::uint16_t>(i);
     }
+
+    laps.add(&times_.choose);
+    times_.candidates += static_cast<std::uint32_t>(count);
+    times_.chosen += static_cast<std::uint32_t>(chosen);
+    times_.missing += static_cast<std::uint32_t>(missing);
 
     // Chunks that are not in the map: would they be touched?
     for_ranges(job.jobs, missing, [&](int first, int end) {
@@ -108,12 +136,15 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
             touched_[i] = simd::observe_chunk(job.projection, candidates_[missing_[i]].projected, distances, weights)
                               .touched;
     });
+    laps.add(&times_.test);
     for (int i = 0; i < missing; ++i) {
         if (!touched_[i]) continue;
         Candidate& candidate = candidates_[missing_[i]];
         candidate.slot = volume.insert(candidate.key);
         candidate.slot == kNoChunk ? ++counts.dropped : ++counts.added;
     }
+
+    laps.add(&times_.insert);
 
     std::atomic<std::uint32_t> fused{0};
     for_ranges(job.jobs, chosen, [&](int first, int end) {
@@ -127,6 +158,7 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         fused.fetch_add(done, std::memory_order_relaxed);
     });
     counts.fused += fused.load();
+    laps.add(&times_.fuse);
 }
 
 // Which of the marked chunks does the band reach, by the range of depth where they fall? Their places in the map.

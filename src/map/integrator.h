@@ -28,6 +28,13 @@ struct IntegrationCounts {
     std::uint32_t fused = 0, added = 0, carved = 0, dropped = 0;  // chunks
 };
 
+// Where the time of one call went, milliseconds: setting up and marking; choosing chunks by their range of depth and
+// finding them in the map; distances of those that are not there; inserting; distances and averages of all; carving.
+struct IntegrationTimes {
+    double mark = 0, choose = 0, test = 0, insert = 0, fuse = 0, carve = 0;
+    std::uint32_t candidates = 0, chosen = 0, missing = 0;  // chunks
+};
+
 class Integrator {
   public:
     // max_width, max_height: of the largest depth image that will come.
@@ -39,6 +46,8 @@ class Integrator {
     // every call. `frame` gives the pose and the colour; its depth is `depth.image`.
     IntegrationCounts integrate(Volume& volume, const DepthStage& depth, const FrameView& frame,
                                 std::uint32_t frame_number, Jobs& jobs);
+
+    const IntegrationTimes& times() const { return times_; }  // of the last call
 
   private:
     struct Job;  // what all chunks of a frame share
@@ -59,6 +68,7 @@ class Integrator {
     static constexpr int kBatch = 2048;
 
     IntegrationOptions options_;
+    IntegrationTimes times_;
     BandMarker marker_;
     DepthRanges ranges_;
     simd::DepthProjection* depth_projection_ = nullptr;
