@@ -255,14 +255,30 @@ typedef struct burin_chunk_key {
     int32_t x, y, z; /* chunk (x,y,z) spans [8 x voxel_m, 8 (x + 1) voxel_m) and so on */
 } burin_chunk_key;
 
-/* The chunks whose mesh may have changed since they were last meshed by burin_chunk_mesh, in key order.
- * INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+/* Which chunks are worth meshing again (docs/mesh.md). */
+typedef struct burin_change_options {
+    uint32_t struct_size;   /* sizeof(burin_change_options) */
+    float threshold_voxels; /* a chunk whose surface moved by less since it was last meshed keeps its mesh,
+                               but for every eighth turn. >= 0; 0: every change counts. Default 0.05 */
+    uint32_t interval; /* a chunk has its turn every so many frames, 1 .. 65535; when it is meshed for the
+                          first time it does not wait. Default 32 */
+} burin_change_options;
+
+BURIN_API burin_change_options burin_change_options_default(void);
+
+/* The chunks to be meshed (again) by burin_chunk_mesh after this frame, in key order; a chunk stays in the
+ * list until it is meshed. With the default options about as much work every frame, however noisy the depth.
+ * With threshold_voxels 0 and interval 1: every chunk whose mesh differs in any bit, as after the last frame.
+ * options may be NULL. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+BURIN_API burin_status burin_changed_chunks(burin_map map, const burin_change_options* options,
+                                            burin_chunk_key* keys, uint64_t capacity, uint64_t* count);
+/* The same with the default options. */
 BURIN_API burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity,
                                           uint64_t* count);
 
 /* The surface inside one chunk's cells; vertices on the border are repeated, bit for bit, by the neighbour.
- * At most 1944 vertices and 2560 triangles. Clears the chunk's dirty mark. A chunk that is not there gives an
- * empty mesh. */
+ * At most 1944 vertices and 2560 triangles. The chunk leaves the list of changed ones. A chunk that is not
+ * there gives an empty mesh. */
 BURIN_API burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_mesh_options* options,
                                         burin_mesh_buffers* mesh);
 

@@ -28,6 +28,23 @@ Status check_mesh_options(const burin_mesh_options* options, MeshOptions* out) {
     return {};
 }
 
+Status check_change_options(const burin_change_options* options, ChangeRule* out) {
+    if (!options) return {};
+    if (options->struct_size != sizeof *options)
+        return Status::error(Code::invalid_argument, "change options: size %u, expected %zu",
+                             options->struct_size, sizeof *options);
+    if (!(options->threshold_voxels >= 0))
+        return Status::error(Code::invalid_argument,
+                             "change options: threshold_voxels is %g, expected at least 0",
+                             static_cast<double>(options->threshold_voxels));
+    if (options->interval < 1 || options->interval > 65535)
+        return Status::error(Code::invalid_argument, "change options: interval is %u, expected 1 to 65535",
+                             options->interval);
+    out->threshold_voxels = options->threshold_voxels;
+    out->interval = options->interval;
+    return {};
+}
+
 Status check_buffers(const burin_mesh_buffers* mesh) {
     if (!mesh) return null_argument("mesh");
     if (!mesh->positions && mesh->vertex_capacity > 0) return null_argument("mesh->positions");
@@ -88,11 +105,24 @@ burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_
     });
 }
 
+burin_change_options burin_change_options_default(void) {
+    const ChangeRule defaults;
+    return {sizeof(burin_change_options), defaults.threshold_voxels, defaults.interval};
+}
+
 burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity, uint64_t* count) {
+    return burin_changed_chunks(map, nullptr, keys, capacity, count);
+}
+
+burin_status burin_changed_chunks(burin_map map, const burin_change_options* options, burin_chunk_key* keys,
+                                  uint64_t capacity, uint64_t* count) {
     return Call(map).run([&](MapState& state) -> Status {
         if (!count) return null_argument("count");
         if (!keys && capacity > 0) return null_argument("keys");
-        *count = state.session.dirty_chunks(
+        ChangeRule rule;
+        BURIN_TRY(check_change_options(options, &rule));
+        *count = state.session.changed_chunks(
+            rule,
             [&](std::uint64_t i, Vec3i c) {
                 keys[i] = {c.x, c.y, c.z};
             },

@@ -175,6 +175,7 @@ Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::
         for (int i = 0; i < kChunkVoxels; ++i)
             if (g.weight[i] > 0) least = std::min(least, std::abs(static_cast<int>(g.sdf[i])));
         volume.least_distance(slot) = static_cast<std::int16_t>(least);
+        volume.moved(slot) = 65535;  // nothing of it has been meshed
     }
     if (head.has_colour)
         for (std::uint32_t slot = 0; slot < head.chunks; ++slot) {

@@ -232,15 +232,14 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const CellR
     });
 }
 
-MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out) {
     const CellRule rule(volume, options);
     std::uint32_t upper[8];
-    find_beside(volume, slot, 1, upper);
+    upper_of(neighbours, upper);
     const ChunkCells cells(volume, upper, rule);
     std::uint64_t active[8];
     if (!cells.find_active(active)) return {};
-    const Neighbourhood neighbours(volume, unpack_key(volume.key(slot)));
     const Planes used(active);
     const ChunkBlock block(volume, neighbours, used.first, used.last + 1);
     constexpr std::uint16_t kNone = 0xffff;

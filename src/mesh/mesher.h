@@ -7,6 +7,7 @@
 
 #include "core/arena.h"
 #include "core/jobs.h"
+#include "map/neighbourhood.h"
 #include "map/volume.h"
 #include "mesh/chunk_cells.h"
 
@@ -57,9 +58,9 @@ class Mesher {
 inline constexpr int kMaxChunkVertices = 3 * 8 * 9 * 9;  // edges on and inside a 9 x 9 x 9 lattice of voxels
 inline constexpr int kMaxChunkTriangles = 5 * 512;
 
-// The cells of one chunk by themselves. `out` must hold kMaxChunkVertices and kMaxChunkTriangles. Positions
-// on the border equal those of the neighbour's mesh bit for bit.
-MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+// The cells of the chunk in the middle by themselves. `out` must hold kMaxChunkVertices and
+// kMaxChunkTriangles. Positions on the border equal those of the neighbour's mesh bit for bit.
+MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out);
 
 // See burin_mesh_remove_small.

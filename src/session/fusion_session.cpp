@@ -71,23 +71,10 @@ FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
 MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out) {
     const std::uint32_t slot = volume_.find(key);
     if (slot == kNoChunk) return {};
-    spread_dirt_of(slot);  // a frame may have come in since the dirty chunks were listed
-    volume_.flags(slot) = static_cast<std::uint8_t>(volume_.flags(slot) & ~kChunkStale);
-    return mesh_chunk(volume_, slot, options, out);
-}
-
-// A change reaches the meshes of all neighbours: their cells read the voxels on the border, their normals one
-// more.
-void FusionSession::spread_dirt_of(std::uint32_t slot) {
-    if (!(volume_.flags(slot) & kChunkDirty)) return;
-    const Neighbourhood around(volume_, unpack_key(volume_.key(slot)));
-    for (const std::uint32_t neighbour : around.slot)
-        if (neighbour != kNoChunk) volume_.flags(neighbour) |= kChunkStale;
-    volume_.flags(slot) = static_cast<std::uint8_t>(volume_.flags(slot) & ~kChunkDirty);
-}
-
-void FusionSession::spread_dirt() {
-    for (std::uint32_t slot = 0; slot < volume_.live(); ++slot) spread_dirt_of(slot);
+    const Neighbourhood around(volume_, unpack_key(key));
+    const MeshCounts counts = mesh_chunk(volume_, around, options, out);
+    mark_meshed(volume_, around, counts.triangles > 0);
+    return counts;
 }
 
 Status FusionSession::load(const char* path, const MapFileHead& head) {

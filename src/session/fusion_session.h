@@ -13,6 +13,7 @@
 #include "map/map_file.h"
 #include "map/raycast.h"
 #include "map/volume.h"
+#include "mesh/changes.h"
 #include "mesh/mesher.h"
 
 namespace burin {
@@ -56,20 +57,15 @@ class FusionSession {
     void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) {
         mesher_.extract(volume_, options, out, jobs);
     }
-    // One chunk's mesh for streaming; clears its dirty mark.
+    // One chunk's mesh for streaming; it is no longer listed then.
     MeshCounts mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out);
-    // Changed chunks and those whose cells or normals read them, in key order: put(i, chunk) for the first
-    // `capacity`. Returns how many there are.
+    // The chunks to be meshed again, in key order: put(i, chunk) for the first `capacity`. Returns how many
+    // there are.
     template <class Put>
-    std::uint64_t dirty_chunks(Put&& put, std::uint64_t capacity) {
-        spread_dirt();
-        volume_.sorted_slots(scratch_);
-        std::uint64_t count = 0;
-        for (std::uint32_t i = 0; i < volume_.live(); ++i) {
-            if (!(volume_.flags(scratch_[i]) & kChunkStale)) continue;
-            if (count < capacity) put(count, unpack_key(volume_.key(scratch_[i])));
-            ++count;
-        }
+    std::uint64_t changed_chunks(const ChangeRule& rule, Put&& put, std::uint64_t capacity) {
+        const std::uint32_t count = list_changed(volume_, rule, frames_, scratch_);
+        for (std::uint32_t i = 0; i < count && i < capacity; ++i)
+            put(i, unpack_key(volume_.key(scratch_[i])));
         return count;
     }
 
@@ -87,9 +83,6 @@ class FusionSession {
     std::uint64_t dropped() const { return dropped_; }
 
   private:
-    void spread_dirt();
-    void spread_dirt_of(std::uint32_t slot);
-
     FusionOptions options_;
     Volume volume_;
     DepthStage depth_;

@@ -37,7 +37,8 @@ struct Voxels {
 
 class Tsdf : public KernelTest {};
 
-// A camera of focal length f over an image, and a chunk at any tilt before, behind, beside it, or on its plane.
+// A camera of focal length f over an image, and a chunk at any tilt before, behind, beside it, or on its
+// plane.
 struct Scene {
     std::vector<std::uint16_t> pixels, weights;
     DepthProjection frame{};
@@ -125,10 +126,14 @@ TEST_P(Tsdf, Observe) {
         const float to_units = scene.frame.truncation.units_per_m();
         const float z = to_units * (round % 7 == 0 ? static_cast<float>(rng.uniform(-0.1, 0.1))
                                                    : static_cast<float>(rng.uniform(1.3, 1.7)));
-        ProjectedChunk chunk{static_cast<float>(scene.frame.width) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
-                             static_cast<float>(scene.frame.height) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
-                             round % 50 == 49 ? 1e30f : z, false, false, false,
-                             round % 3 == 1 ? static_cast<float>(rng.uniform(1, 1.4)) : 1.0f};
+        ProjectedChunk chunk{
+            static_cast<float>(scene.frame.width) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
+            static_cast<float>(scene.frame.height) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
+            round % 50 == 49 ? 1e30f : z,
+            false,
+            false,
+            false,
+            round % 3 == 1 ? static_cast<float>(rng.uniform(1, 1.4)) : 1.0f};
         if (round % 50 != 49) chunk = with_hints(scene, chunk);
         inside += chunk.inside;
         small += chunk.small;
@@ -136,7 +141,8 @@ TEST_P(Tsdf, Observe) {
         Voxels got{}, expected{};
         const Observation a =
             observe_chunk(scene.frame, chunk, got.distances, got.weights, round % 2 ? got.sdf : nullptr);
-        const Observation b = scalar::observe_chunk(scene.frame, chunk, expected.distances, expected.weights, nullptr);
+        const Observation b =
+            scalar::observe_chunk(scene.frame, chunk, expected.distances, expected.weights, nullptr);
         ASSERT_EQ(a.touched, b.touched) << round;
         ASSERT_EQ(a.free, b.free) << round;
         if (!a.touched && !a.free) continue;
@@ -165,12 +171,18 @@ TEST_P(Tsdf, FuseAndCarve) {
             for (std::size_t i = 0; i < kVoxels; ++i)
                 if (w[i] == 0) got.distances[i] = expected.distances[i] = kUnseen;
         if (round % 5 < 3) {
-            ASSERT_EQ(fuse_distances(got.distances, w, max_weight, got.sdf, got.sums),
-                      scalar::fuse_distances(got.distances, w, max_weight, expected.sdf, expected.sums));
+            const std::uint16_t nears[] = {0, 1, 4000, 16383, 32766};
+            const std::uint16_t near = nears[rng.below(5)];
+            std::uint16_t moved = 1, moved_spec = 2;
+            ASSERT_EQ(fuse_distances(got.distances, w, max_weight, got.sdf, got.sums, near, &moved),
+                      scalar::fuse_distances(got.distances, w, max_weight, expected.sdf, expected.sums, near,
+                                             &moved_spec));
+            ASSERT_EQ(moved, moved_spec) << round << ", near " << near;
         } else {
             const int times = 1 + rng.below(8);
-            ASSERT_EQ(carve_distances(got.distances, w, times, max_weight, got.sdf, got.sums),
-                      scalar::carve_distances(got.distances, w, times, max_weight, expected.sdf, expected.sums));
+            ASSERT_EQ(
+                carve_distances(got.distances, w, times, max_weight, got.sdf, got.sums),
+                scalar::carve_distances(got.distances, w, times, max_weight, expected.sdf, expected.sums));
         }
         ASSERT_TRUE(got == expected) << round;
     }
@@ -185,6 +197,36 @@ TEST_P(Tsdf, NothingSeenNothingChanged) {
     EXPECT_EQ(fuse_distances(voxels.distances, nullptr, 64000, voxels.sdf, voxels.sums), kFree);
     EXPECT_EQ(carve_distances(voxels.distances, nullptr, 4, 64000, voxels.sdf, voxels.sums), -1);
     EXPECT_TRUE(voxels == before);
+}
+
+TEST_P(Tsdf, MovedTellsStepsNearTheSurface) {
+    // One voxel at a time, anywhere in the chunk: before, distance, weight before -> what is told.
+    struct Case {
+        int before, distance, sum, moved;
+    };
+    const Case cases[] = {{100, 300, 64, 100},       // half way
+                          {1000, -1000, 192, 500},   // through zero
+                          {1001, 1001, 64, 0},       // seen, and as it was
+                          {3000, 9000, 64, 0},       // from far to farther
+                          {3000, 1000, 64, 1000},    // arrives at 2000, the limit
+                          {2000, 30000, 64, 14000},  // leaves
+                          {0, 2000, 0, 65535},       // new and near
+                          {0, 2001, 0, 0},           // new and far
+                          {0, kFree, 0, 0}};         // new free space
+    Rng rng(134);
+    for (const Case& c : cases)
+        for (const bool weighted : {false, true}) {
+            Voxels v{};
+            std::fill_n(v.distances, kVoxels, kUnseen);
+            std::fill_n(v.weights, kVoxels, kWeightOne);
+            const auto i = static_cast<std::size_t>(rng.below(kVoxels));
+            v.distances[i] = static_cast<std::int16_t>(c.distance);
+            v.sdf[i] = static_cast<std::int16_t>(c.before);
+            v.sums[i] = static_cast<std::uint16_t>(c.sum);
+            std::uint16_t moved = 7;
+            fuse_distances(v.distances, weighted ? v.weights : nullptr, 6400, v.sdf, v.sums, 2000, &moved);
+            EXPECT_EQ(moved, c.moved) << c.before << " to " << c.distance << " at " << i;
+        }
 }
 
 BURIN_EVERY_TARGET(Tsdf);
