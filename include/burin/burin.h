@@ -261,7 +261,7 @@ typedef struct burin_change_options {
     float threshold_voxels; /* a chunk whose surface moved by less since it was last meshed keeps its mesh,
                                but for every eighth turn. >= 0; 0: every change counts. Default 0.05 */
     uint32_t interval; /* a chunk has its turn every so many frames, 1 .. 65535; when it is meshed for the
-                          first time it does not wait. Default 32 */
+                          first time it does not wait. Default 64 */
 } burin_change_options;
 
 BURIN_API burin_change_options burin_change_options_default(void);

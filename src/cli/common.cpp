@@ -183,12 +183,12 @@ Status status_of(burin_status status, burin_map map) {
     return Status::error(static_cast<Code>(status), "%s", burin_last_error(map));
 }
 
-Status extract_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh) {
+Status extract_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh) {
     std::uint64_t vertices = 0, triangles = 0;
     BURIN_TRY(status_of(burin_mesh_size(map, &flags.options, &vertices, &triangles), map));
     mesh->positions.resize(vertices);
     mesh->normals.resize(vertices);
-    mesh->colours.resize(vertices);
+    mesh->colours.resize(colour ? vertices : 0);
     mesh->triangles.resize(triangles);
     mesh->labels.clear();
     burin_mesh_buffers buffers = {};
@@ -196,7 +196,7 @@ Status extract_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh) {
     buffers.triangle_capacity = triangles;
     buffers.positions = vertices ? &mesh->positions[0].x : nullptr;
     buffers.normals = vertices ? &mesh->normals[0].x : nullptr;
-    buffers.colours = vertices ? mesh->colours[0].data() : nullptr;
+    buffers.colours = vertices && colour ? mesh->colours[0].data() : nullptr;
     buffers.triangles = triangles ? mesh->triangles[0].data() : nullptr;
     if (vertices == 0) return {};
     BURIN_TRY(status_of(burin_mesh(map, &flags.options, &buffers), map));
@@ -205,7 +205,7 @@ Status extract_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh) {
         status_of(burin_mesh_remove_small(&buffers, flags.min_component, scratch.data()), burin_map{0, 0}));
     mesh->positions.resize(buffers.vertex_count);
     mesh->normals.resize(buffers.vertex_count);
-    mesh->colours.resize(buffers.vertex_count);
+    if (colour) mesh->colours.resize(buffers.vertex_count);
     mesh->triangles.resize(buffers.triangle_count);
     return {};
 }

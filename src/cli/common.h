@@ -72,8 +72,8 @@ struct MeshFlags {
     void add_to(CLI::App& app);
 };
 
-// Extracts the whole mesh of a map and drops its small components.
-Status extract_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh);
+// Extracts the whole mesh of a map, with colours if wanted, and drops its small components.
+Status extract_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh);
 
 // A map with its memory. Not copied.
 class OwnedMap {

@@ -127,12 +127,24 @@ Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int 
     }
 }
 
-nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t) {
+double area_m2(const TriangleMesh& mesh) {
+    double area = 0;
+    for (const auto& t : mesh.triangles) {
+        const Vec3d a = to_double(mesh.positions[t[0]]), b = to_double(mesh.positions[t[1]]),
+                    c = to_double(mesh.positions[t[2]]);
+        area += norm(cross(b - a, c - a)) / 2;
+    }
+    return area;
+}
+
+nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t, double surface_m2) {
     burin_statistics s;
     burin_stats(map, &s);
     std::uint64_t hash = 0;
     burin_hash(map, &hash);
     const nlohmann::json none = stage_summary({});
+    // A chunk is 512 voxels of 4 bytes, and 4 of colour.
+    const double chunk_bytes = static_cast<double>(s.chunks_live) * (o.map.config.colour ? 4096 : 2048);
     return {{"frames", t.fused + t.without_pose},
             {"tracked", t.fused},
             {"stages",
@@ -151,7 +163,9 @@ nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t)
             {"memory",
              {{"budget_bytes", o.map.config.budget_bytes},
               {"arena_bytes", s.arena_bytes},
-              {"peak_rss_bytes", peak_rss_bytes()}}},
+              {"peak_rss_bytes", peak_rss_bytes()},
+              {"surface_m2", surface_m2},
+              {"bytes_per_m2", surface_m2 > 0 ? chunk_bytes / surface_m2 : 0.0}}},
             {"voxel_m", s.voxel_m},
             {"truncation_m", s.truncation_m},
             {"threads", o.map.config.threads},
@@ -211,17 +225,16 @@ int run(FuseOptions& o) {
 
     TriangleMesh mesh;
     const double start = now_ms();
-    if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok())
+    if (const Status status = extract_mesh(map.get(), o.mesh, !o.map.no_colour, &mesh); !status.ok())
         return complain_output(status);
     if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
-    if (o.map.no_colour) mesh.colours.clear();
 
     if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok())
         return complain_output(status);
     if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get());
         !status.ok())
         return complain_output(status);
-    const nlohmann::json report = make_report(o, map.get(), totals);
+    const nlohmann::json report = make_report(o, map.get(), totals, area_m2(mesh));
     if (const Status status = write_json(o.output + "/report.json", report); !status.ok())
         return complain_output(status);
     if (o.json) {

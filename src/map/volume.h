@@ -76,6 +76,7 @@ class Volume {
     std::uint16_t moved(std::uint32_t slot) const { return moved_[slot]; }
     // The same since the chunk was last meshed, neighbours included, as far as told.
     std::uint16_t& mesh_lag(std::uint32_t slot) { return mesh_lag_[slot]; }
+    std::uint16_t mesh_lag(std::uint32_t slot) const { return mesh_lag_[slot]; }
 
     // The largest count of readings of a voxel's colour.
     std::uint8_t& colour_readings(std::uint32_t slot) { return colour_readings_[slot]; }

@@ -12,7 +12,7 @@ namespace burin {
 
 struct ChangeRule {
     float threshold_voxels = 0.05f;  // 0: every change counts
-    std::uint32_t interval = 32;     // frames, >= 1
+    std::uint32_t interval = 64;     // frames, >= 1
 };
 
 // Every so many turns a chunk is listed however little it changed: small changes, those of colours, and those

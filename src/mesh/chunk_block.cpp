@@ -6,22 +6,10 @@
 #include "simd/tsdf.h"
 
 namespace burin {
-namespace {
-
-// Vertices keep this share of an edge between themselves and its ends, so that the vertices of the three
-// edges that meet in a voxel never coincide, however close to zero its distance: no duplicate vertices, no
-// degenerate triangles. 1/256 of a 5 mm voxel is 20 micrometres, and 1/100 float steps at 40 m.
-constexpr float kEndMargin = 1.0f / 256.0f;
-
-// No stored distance is below -32767: averages stay between the readings, and those begin there.
-constexpr std::int16_t kUnseen = simd::kUnseen;
-
-}  // namespace
-
 ChunkBlock::ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, int z_first, int z_last)
     : volume_(volume), neighbours_(neighbours) {
     const auto value = [](const ChunkGeometry& g, int voxel) {
-        return g.weight[voxel] == 0 ? kUnseen : g.sdf[voxel];
+        return g.weight[voxel] == 0 ? simd::kUnseen : g.sdf[voxel];
     };
     for (int dz = -1; dz <= 1; ++dz)
         for (int dy = -1; dy <= 1; ++dy) {
@@ -36,9 +24,9 @@ ChunkBlock::ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, in
                     for (int y = y0; y < y1; ++y) {
                         std::int16_t* out = sdf_ + index(8 * dx, y, z);
                         if (slot == kNoChunk) {
-                            if (dx < 0) out[7] = kUnseen;
-                            if (dx == 0) std::fill_n(out, 8, kUnseen);
-                            if (dx > 0) out[0] = out[1] = kUnseen;
+                            if (dx < 0) out[7] = simd::kUnseen;
+                            if (dx == 0) std::fill_n(out, 8, simd::kUnseen);
+                            if (dx > 0) out[0] = out[1] = simd::kUnseen;
                             continue;
                         }
                         const ChunkGeometry& g = volume.geometry(slot);
@@ -56,53 +44,17 @@ ChunkBlock::ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, in
         }
 }
 
-// Central differences in stored units per voxel, one-sided where a neighbour was never seen.
-Vec3f ChunkBlock::gradient(int here) const {
-    Vec3f g;
-    const int step[3] = {1, kSide, kSide * kSide};
-    for (int r = 0; r < 3; ++r) {
-        const int low = sdf_[here - step[r]], high = sdf_[here + step[r]];
-        if (low != kUnseen && high != kUnseen)
-            g[r] = 0.5f * static_cast<float>(high - low);
-        else if (high != kUnseen)
-            g[r] = static_cast<float>(high - sdf_[here]);
-        else if (low != kUnseen)
-            g[r] = static_cast<float>(sdf_[here] - low);
-    }
-    return g;
-}
-
-ChunkBlock::Vertex ChunkBlock::vertex(int x, int y, int z, int axis, bool with_normal,
-                                      bool with_colour) const {
-    const int x1 = x + (axis == 0), y1 = y + (axis == 1), z1 = z + (axis == 2);
-    const int here = index(x, y, z), there = index(x1, y1, z1);
-    const float a = static_cast<float>(sdf_[here]), b = static_cast<float>(sdf_[there]);
-    const float t = std::clamp(a / (a - b), kEndMargin, 1.0f - kEndMargin);
-    Vertex v;
-    const Vec3i c = neighbours_.chunk;
-    const double voxel_m = volume_.voxel_m();
-    double p[3] = {c.x * 8.0 + x + 0.5, c.y * 8.0 + y + 0.5, c.z * 8.0 + z + 0.5};
-    p[axis] += t;
-    v.position = {static_cast<float>(p[0] * voxel_m), static_cast<float>(p[1] * voxel_m),
-                  static_cast<float>(p[2] * voxel_m)};
-    if (with_normal) {
-        const Vec3f g = gradient(here) * (1 - t) + gradient(there) * t;
-        v.normal = normalised(g);
-        if (v.normal == Vec3f{}) v.normal[axis] = b > a ? 1.0f : -1.0f;
-    }
-
-    v.rgb[0] = v.rgb[1] = v.rgb[2] = 255;
-    if (!with_colour || !volume_.has_colour()) return v;
-    const std::uint8_t *low = colour_at(x, y, z), *high = colour_at(x1, y1, z1);
+void ChunkBlock::paint(Vertex* v, int x, int y, int z, int axis, float t) const {
+    const std::uint8_t *low = colour_at(x, y, z),
+                       *high = colour_at(x + (axis == 0), y + (axis == 1), z + (axis == 2));
     if (low && high) {
         for (int k = 0; k < 3; ++k)
-            v.rgb[k] = static_cast<std::uint8_t>((1 - t) * low[k] + t * high[k] + 0.5f);
-        return v;
+            v->rgb[k] = static_cast<std::uint8_t>((1 - t) * low[k] + t * high[k] + 0.5f);
+        return;
     }
     const std::uint8_t* one = low ? low : high ? high : nearest_colour(x, y, z, axis, t);
     if (one)
-        for (int k = 0; k < 3; ++k) v.rgb[k] = one[k];
-    return v;
+        for (int k = 0; k < 3; ++k) v->rgb[k] = one[k];
 }
 
 const std::uint8_t* ChunkBlock::colour_at(int x, int y, int z) const {

@@ -11,8 +11,8 @@
 namespace burin {
 namespace {
 
-void write_vertex(const ChunkBlock& block, int x, int y, int z, int axis, std::uint64_t at,
-                  const MeshBuffers& out) {
+inline void write_vertex(const ChunkBlock& block, int x, int y, int z, int axis, std::uint64_t at,
+                         const MeshBuffers& out) {
     const ChunkBlock::Vertex v = block.vertex(x, y, z, axis, out.normals != nullptr, out.colours != nullptr);
     std::memcpy(out.positions + 3 * at, &v.position, sizeof v.position);
     if (out.normals) std::memcpy(out.normals + 3 * at, &v.normal, sizeof v.normal);

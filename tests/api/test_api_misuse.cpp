@@ -140,6 +140,8 @@ TEST_F(OneMap, NullArguments) {
     EXPECT_EQ(burin_mesh(m, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_dirty_chunks(m, nullptr, 4, &n), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_dirty_chunks(m, nullptr, 0, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_changed_chunks(m, nullptr, nullptr, 4, &n), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_changed_chunks(m, nullptr, nullptr, 0, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_chunk_mesh(m, {0, 0, 0}, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_raycast(m, nullptr, &pose, nullptr, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_raycast(m, &camera, nullptr, nullptr, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
@@ -206,6 +208,27 @@ TEST_F(OneMap, MeshOptionsAndBuffers) {
     EXPECT_EQ(burin_chunk_mesh(map_.map, {1 << 20, 0, 0}, nullptr, &small), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_chunk_mesh(map_.map, {0, std::numeric_limits<std::int32_t>::min(), 0}, nullptr, &small),
               BURIN_INVALID_ARGUMENT);
+}
+
+TEST_F(OneMap, ChangeOptions) {
+    std::uint64_t n = 0;
+    const auto outcome = [&](auto&& edit) {
+        burin_change_options options = burin_change_options_default();
+        edit(options);
+        return burin_changed_chunks(map_.map, &options, nullptr, 0, &n);
+    };
+    const auto fits = [](burin_status status) {
+        return status == BURIN_OK || status == BURIN_INSUFFICIENT_MEMORY;
+    };
+    EXPECT_TRUE(fits(outcome([](burin_change_options&) {})));
+    EXPECT_TRUE(fits(outcome([](burin_change_options& o) { o.threshold_voxels = 1e30f; })));
+    EXPECT_TRUE(fits(outcome([](burin_change_options& o) { o.interval = 65535; })));
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.struct_size = 0; }), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.threshold_voxels = -0.1f; }), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.threshold_voxels = std::nanf(""); }),
+              BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.interval = 0; }), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.interval = 65536; }), BURIN_INVALID_ARGUMENT);
 }
 
 TEST_F(OneMap, Raycasts) {
