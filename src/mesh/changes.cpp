@@ -61,7 +61,8 @@ std::uint32_t list_changed(Volume& volume, const ChangeRule& rule, std::uint64_t
         volume.flags(slot) |= kChunkListed;
         slots[count++] = slot;
     }
-    // All tell before the first is meshed: a neighbour that is meshed in the same round is not behind afterwards.
+    // All tell before the first is meshed: a neighbour that is meshed in the same round is not behind
+    // afterwards.
     for (std::uint32_t i = 0; i < count; ++i)
         if (volume.flags(slots[i]) & kChunkDirty)
             tell(volume, slots[i], Neighbourhood(volume, unpack_key(volume.key(slots[i]))));

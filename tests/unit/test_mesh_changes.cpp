@@ -95,7 +95,8 @@ TEST(MeshChanges, NoMeshIsBehindForMoreThanAnInterval) {
         s.mesh(keys);
         for (std::uint32_t slot = 0; slot < s.test->volume().live(); ++slot) {
             int& frames = late[s.test->volume().key(slot)];
-            // Chunks without surface do not hear from their neighbours, but they are listed for what is their own.
+            // Chunks without surface do not hear from their neighbours, but they are listed for what is their
+            // own.
             frames = s.behind(slot) > s.threshold() ? frames + 1 : 0;
             longest = std::max(longest, frames);
         }
