@@ -126,6 +126,7 @@ Status BenchMap::create(const burin_config& config) {
         mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED) return Status::error(Code::insufficient_memory, "--budget: no such memory");
     memory_ = memory;
+    madvise(memory_, bytes_, MADV_HUGEPAGE);  // as the command line does
     if (const burin_status s = burin_create(&config, memory_, bytes_, &map_); s != BURIN_OK)
         return Status::error(static_cast<Code>(s), "%s", burin_last_error(none));
     return {};

@@ -37,7 +37,8 @@ struct Voxels {
 
 class Tsdf : public KernelTest {};
 
-// A camera of focal length f over an image, and a chunk at any tilt before, behind, beside it, or on its plane.
+// A camera of focal length f over an image, and a chunk at any tilt before, behind, beside it, or on its
+// plane.
 struct Scene {
     std::vector<std::uint16_t> pixels, weights;
     DepthProjection frame{};
@@ -125,10 +126,14 @@ TEST_P(Tsdf, Observe) {
         const float to_units = scene.frame.truncation.units_per_m();
         const float z = to_units * (round % 7 == 0 ? static_cast<float>(rng.uniform(-0.1, 0.1))
                                                    : static_cast<float>(rng.uniform(1.3, 1.7)));
-        ProjectedChunk chunk{static_cast<float>(scene.frame.width) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
-                             static_cast<float>(scene.frame.height) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
-                             round % 50 == 49 ? 1e30f : z, false, false, false,
-                             round % 3 == 1 ? static_cast<float>(rng.uniform(1, 1.4)) : 1.0f};
+        ProjectedChunk chunk{
+            static_cast<float>(scene.frame.width) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
+            static_cast<float>(scene.frame.height) * z * static_cast<float>(rng.uniform(-0.2, 1.2)),
+            round % 50 == 49 ? 1e30f : z,
+            false,
+            false,
+            false,
+            round % 3 == 1 ? static_cast<float>(rng.uniform(1, 1.4)) : 1.0f};
         if (round % 50 != 49) chunk = with_hints(scene, chunk);
         inside += chunk.inside;
         small += chunk.small;
@@ -136,7 +141,8 @@ TEST_P(Tsdf, Observe) {
         Voxels got{}, expected{};
         const Observation a =
             observe_chunk(scene.frame, chunk, got.distances, got.weights, round % 2 ? got.sdf : nullptr);
-        const Observation b = scalar::observe_chunk(scene.frame, chunk, expected.distances, expected.weights, nullptr);
+        const Observation b =
+            scalar::observe_chunk(scene.frame, chunk, expected.distances, expected.weights, nullptr);
         ASSERT_EQ(a.touched, b.touched) << round;
         ASSERT_EQ(a.free, b.free) << round;
         if (!a.touched && !a.free) continue;
@@ -169,8 +175,9 @@ TEST_P(Tsdf, FuseAndCarve) {
                       scalar::fuse_distances(got.distances, w, max_weight, expected.sdf, expected.sums));
         } else {
             const int times = 1 + rng.below(8);
-            ASSERT_EQ(carve_distances(got.distances, w, times, max_weight, got.sdf, got.sums),
-                      scalar::carve_distances(got.distances, w, times, max_weight, expected.sdf, expected.sums));
+            ASSERT_EQ(
+                carve_distances(got.distances, w, times, max_weight, got.sdf, got.sums),
+                scalar::carve_distances(got.distances, w, times, max_weight, expected.sdf, expected.sums));
         }
         ASSERT_TRUE(got == expected) << round;
     }
