@@ -147,6 +147,57 @@ BURIN_API burin_status burin_reset(burin_map map);
 BURIN_API const char* burin_last_error(burin_map map);
 
 /* ---------------------------------------------------------------------------------------------------------
+ * callbacks */
+
+/* body(context, index) is a piece of work for a thread of the application. */
+typedef void (*burin_job)(void* context, uint32_t index);
+
+/* What a map asks of its application. A callback may not call functions on the same map (STATE), and must not
+ * throw or jump out. `user` is handed to each. */
+typedef struct burin_hooks {
+    uint32_t struct_size;  /* sizeof(burin_hooks), set by burin_hooks_default */
+    uint32_t pool_threads; /* calls of body that `run` can have under way at a time, 1 .. 64. Default 1 */
+    void* user;
+
+    /* How far burin_mesh_size, burin_mesh, burin_raycast, burin_sample, burin_save(_to) or burin_load(_from)
+     * is: 0 .. 1, never less than before, up to some thousand times a second. Not 0: stop, and the call soon
+     * ends with CANCELLED; the map is as it was (but see burin_load), and buffers of the caller hold nothing
+     * of use. At 1 the work is done and the answer is ignored. Called on the calling thread; with `run`, on
+     * any of its threads, one at a time. NULL: nobody is told. */
+    int (*progress)(void* user, double done);
+
+    /* The application's threads instead of `threads` of burin_config (leave that at 1, so that none are
+     * started): call body(context, i) once for every i in 0 .. count - 1, each on any thread, in any order,
+     * and return when all of them have returned. count <= pool_threads; a frame has some twenty runs of a few
+     * hundred microseconds. Not 0, or bodies left out: their work is done by the calling thread. Results do
+     * not depend on any of it. NULL: the map's own threads. */
+    int (*run)(void* user, uint32_t count, burin_job body, void* context);
+
+    uint64_t reserved[8]; /* zero */
+} burin_hooks;
+
+/* No callbacks. */
+BURIN_API burin_hooks burin_hooks_default(void);
+
+/* Copies *hooks into the map; they hold until the next call of this, through burin_reset too. NULL takes them
+ * away. Errors: INVALID_ARGUMENT (size, pool_threads, reserved), STATE. */
+BURIN_API burin_status burin_set_hooks(burin_map map, const burin_hooks* hooks);
+
+typedef enum burin_log_level {
+    BURIN_LOG_ERROR = 0,   /* the line of a call that failed, as in burin_last_error */
+    BURIN_LOG_WARNING = 1, /* the first frame of a map that dropped chunks */
+    BURIN_LOG_INFO = 2     /* a map was created: chunks, bytes, kernels, threads */
+} burin_log_level;
+
+/* `line` has no line end and is valid during the call. */
+typedef void (*burin_log)(void* user, burin_log_level level, const char* line);
+
+/* One callback for the process, on whatever thread a call was made; NULL (as at the start): none. May be
+ * called at any time; a line that another thread is about to write may still go to the callback before. What
+ * the callback itself causes is not logged. */
+BURIN_API void burin_set_log(burin_log log, void* user);
+
+/* ---------------------------------------------------------------------------------------------------------
  * frames */
 
 typedef struct burin_camera {
@@ -165,6 +216,19 @@ typedef enum burin_depth_type {
     BURIN_DEPTH_F32 = 1  /* metres = value * depth_unit_m; 0, negative, NaN and inf mean no depth */
 } burin_depth_type;
 
+/* Bytes of a pixel in memory order, sRGB. All but RGB8 are read pixel by pixel where a voxel wants one, which
+ * costs a little time and no memory; the map is that of the same image in RGB8, bit for bit. */
+typedef enum burin_pixel_format {
+    BURIN_PIXEL_RGB8 = 0,
+    BURIN_PIXEL_BGR8 = 1,
+    BURIN_PIXEL_RGBA8 = 2, /* alpha is ignored */
+    BURIN_PIXEL_BGRA8 = 3,
+    BURIN_PIXEL_GREY8 = 4,
+    BURIN_PIXEL_YUYV = 5, /* 4:2:2, Y U Y V for two pixels, BT.601, Y of 16..235 (the default of V4L2) */
+    BURIN_PIXEL_NV12 = 6, /* 4:2:0, a plane of Y and one of U V pairs, BT.601, Y of 0..255 (JFIF; ARKit) */
+    BURIN_PIXEL_NV21 = 7  /* the same with V U pairs (Android) */
+} burin_pixel_format;
+
 typedef struct burin_frame {
     uint32_t struct_size; /* sizeof(burin_frame) */
     uint32_t depth_type;  /* a burin_depth_type */
@@ -173,11 +237,18 @@ typedef struct burin_frame {
     uint64_t depth_stride_bytes; /* >= width * sample size, a multiple of the sample size */
     double depth_unit_m;         /* e.g. 0.001 for millimetres */
     burin_camera depth_camera;
-    burin_pose T_world_camera;  /* of the depth camera */
-    const uint8_t* rgb;         /* 3 bytes a pixel, sRGB; NULL when the frame has no colour */
-    uint64_t rgb_stride_bytes;  /* >= 3 * width */
-    burin_camera colour_camera; /* its own size and intrinsics */
-    burin_pose T_colour_depth;  /* depth camera coordinates to colour camera coordinates */
+    burin_pose T_world_camera;        /* of the depth camera */
+    const uint8_t* confidence;        /* a byte for each depth pixel; NULL when the sensor gives none */
+    uint64_t confidence_stride_bytes; /* >= width */
+    uint32_t min_confidence;      /* depth of less is ignored, 0 .. 255; ARKit gives 0 1 2, others 0 .. 255 */
+    uint32_t colour_format;       /* a burin_pixel_format */
+    const uint8_t* colour;        /* colour_camera.height rows; NULL when the frame has no colour */
+    uint64_t colour_stride_bytes; /* >= the bytes of a row: width * 3, 4 or 1, of YUYV 4 for two pixels */
+    const uint8_t* chroma; /* NV12 and NV21: (height + 1) / 2 rows of (width + 1) / 2 pairs, else NULL */
+    uint64_t chroma_stride_bytes; /* >= 2 * ((width + 1) / 2) */
+    burin_camera colour_camera;   /* its own size and intrinsics */
+    burin_pose T_colour_depth;    /* depth camera coordinates to colour camera coordinates */
+    uint32_t reserved[8];         /* zero */
 } burin_frame;
 
 /* Zeroed but for struct_size and identity poses. */
@@ -290,8 +361,21 @@ BURIN_API burin_status burin_sample(burin_map map, const double* points, uint64_
  * files */
 
 /* Writes the map (docs/map_file.md) to `path`: first to `path`.part, which replaces `path` only when
- * complete. */
+ * complete. Errors: IO, CANCELLED; what stood under `path` is then untouched. stdio allocates while the file
+ * is open; burin_save_to does not. */
 BURIN_API burin_status burin_save(burin_map map, const char* path);
+
+/* Take `bytes` bytes, the next ones of the map: pieces of 2 or 4 KiB, in order. Not 0: it failed, and the
+ * call ends with IO. */
+typedef int (*burin_write)(void* user, const void* data, uint64_t bytes);
+
+/* Put exactly the next `bytes` bytes of a saved map at `data`. Not 0: it failed or there are no more, and the
+ * call ends with IO. */
+typedef int (*burin_read)(void* user, void* data, uint64_t bytes);
+
+/* The same bytes as burin_save, to a callback. Errors: IO (the callback failed), CANCELLED; what was written
+ * by then is no map, which burin_load_from notices. The callback runs on the calling thread. */
+BURIN_API burin_status burin_save_to(burin_map map, burin_write write, void* user);
 
 typedef struct burin_file_info {
     uint32_t version, has_colour;
@@ -304,10 +388,18 @@ typedef struct burin_file_info {
 /* Reads only the head of a map file. */
 BURIN_API burin_status burin_file_probe(const char* path, burin_file_info* info);
 
+/* The same from a callback that gives the first 4096 bytes of a map. */
+BURIN_API burin_status burin_probe_from(burin_read read, void* user, burin_file_info* info);
+
 /* Replaces the map's chunks by those of the file. The voxel, the truncation and the presence of colour must
- * be those of the map's configuration. INSUFFICIENT_MEMORY: the text tells the budget it takes. On failure
- * after the head was read (a damaged chunk) the map is empty. */
+ * be those of the map's configuration (INVALID_ARGUMENT). INSUFFICIENT_MEMORY: the text tells the budget it
+ * takes. On failure after the head was read (FORMAT: a damaged chunk, IO, CANCELLED) the map is empty: there
+ * is no room for two. Before that it is as it was. */
 BURIN_API burin_status burin_load(burin_map map, const char* path);
+
+/* The same from a callback, which is asked for the bytes of the map and no more: other things may follow in
+ * the same stream. It runs on the calling thread. */
+BURIN_API burin_status burin_load_from(burin_map map, burin_read read, void* user);
 
 #ifdef __cplusplus
 }

@@ -73,8 +73,15 @@ class FusionSession {
         raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
     }
 
-    Status save(const char* path, const MapFileHead& head) { return save_map(volume_, head, path, scratch_); }
-    Status load(const char* path, const MapFileHead& head);
+    Status save(const char* path, const MapFileHead& head, Progress* progress = nullptr) {
+        return save_map(volume_, head, path, scratch_, progress);
+    }
+    Status save(MapWriter& writer, const MapFileHead& head, Progress* progress) {
+        return save_map(volume_, head, writer, scratch_, progress);
+    }
+    // On failure the map is empty.
+    Status load(const char* path, const MapFileHead& head, Progress* progress = nullptr);
+    Status load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress);
     std::uint64_t hash() { return volume_.hash(scratch_); }
 
     const Volume& volume() const { return volume_; }
