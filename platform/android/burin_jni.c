@@ -8,7 +8,7 @@
 #include <string.h>
 
 #ifdef BURIN_JNI_HEADER /* what javac -h says of BurinMap.java; the compiler compares */
-#include "burin_BurinMap.h"
+#include BURIN_JNI_HEADER
 #endif
 
 typedef struct Holder {

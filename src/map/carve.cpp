@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Space carving (Chisel 2015): chunks of the map that the band no longer reaches but that rays pass through take
-// the same +truncation as free voxels of touched chunks do, so that noise and what has moved away fade.
+// Space carving (Chisel 2015): chunks of the map that the band no longer reaches but that rays pass through
+// take the same +truncation as free voxels of touched chunks do, so that noise and what has moved away fade.
 #include <algorithm>
 #include <atomic>
 
@@ -59,7 +59,8 @@ std::uint32_t Integrator::carve_slots(const Job& job, const std::uint32_t* slots
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
         const std::uint32_t slot = slots[i];
-        if (!simd::observe_chunk(job.projection, reach.projected, distances, weights, &volume.geometry(slot)).free)
+        if (!simd::observe_chunk(job.projection, reach.projected, distances, weights, &volume.geometry(slot))
+                 .free)
             continue;
         ChunkGeometry& chunk = volume.geometry(slot);
         const int least = simd::carve_distances(distances, job.projection.weighted() ? weights : nullptr,

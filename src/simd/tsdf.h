@@ -20,9 +20,9 @@ inline constexpr int kWeightOne = 64;
 // Voxel centres in projective coordinates: U = (fx X + (cx + 1) Z) k and V likewise (pixels of the bordered
 // image times length), Z k (length), with lengths in stored units, k = 32767 / truncation. The projection of
 // a sum is the sum of projections, so a voxel costs three additions: base + offset.
-// A block is 4x4x1 voxels, a slab two blocks side by side; voxel (x, y, z) is number 4 * (y & 3) + (x & 3) of block
-// (x >> 2) + 2 * (y >> 2) + 4 * z. With this order, narrowing a vector of left halves of rows and one of right
-// halves to 16 bits leaves whole rows, whatever the width of a vector.
+// A block is 4x4x1 voxels, a slab two blocks side by side; voxel (x, y, z) is number 4 * (y & 3) + (x & 3) of
+// block (x >> 2) + 2 * (y >> 2) + 4 * z. With this order, narrowing a vector of left halves of rows and one
+// of right halves to 16 bits leaves whole rows, whatever the width of a vector.
 inline constexpr int kBlocks = 32, kSlabs = 16, kBlockVoxels = 16;
 struct ProjectiveOffsets {
     struct Block {
@@ -40,9 +40,9 @@ struct ProjectedChunk {
     float u, v, z;  // of voxel 0
     bool far;       // all voxels lie farther than 32768 units
     bool inside;    // far, and all voxels fall into the image
-    bool small;     // far, and no voxel of a block falls farther than kWindowReach pixels (in u or in v) from where the
-                    // block's middle does
-    float along;    // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
+    bool small;     // far, and no voxel of a block falls farther than kWindowReach pixels (in u or in v) from
+                 // where the block's middle does
+    float along;  // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
 };
 inline constexpr float kWindowReach = 3.45f;  // 8x8 pixels around the middle hold a block, rounding included
 
@@ -81,7 +81,8 @@ struct DepthProjection {
 // touched: some voxel lies in the band: neither kUnseen (before the drop) nor kFree, and with the quadratic
 //   model s < tau(depth). free: some voxel is kFree. When nothing is touched and nothing is free, the arrays
 //   may be left unwritten.
-// ahead: 2 KiB that will be wanted next; they are asked for piece by piece, since asking at once keeps the depth
+// ahead: 2 KiB that will be wanted next; they are asked for piece by piece, since asking at once keeps the
+// depth
 //   waiting. May be null.
 struct Observation {
     bool touched, free;
@@ -93,8 +94,8 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
 //   sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(weight_sum + w, max_weight)
-// `weights` null: every observation weighs kWeightOne, and the step saturates at 16 bits (as it can't do where
-// every observation weighed as much). max_weight <= 64000. Returns the least |sdf| over the voxels it
+// `weights` null: every observation weighs kWeightOne, and the step saturates at 16 bits (as it can't do
+// where every observation weighed as much). max_weight <= 64000. Returns the least |sdf| over the voxels it
 // changed, kFree when it changed none.
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum);

@@ -33,8 +33,8 @@ int CarveDistances(const std::int16_t* distances, const std::uint16_t* weights, 
 
 #if BURIN_HAVE_PACK
 
-// The common case, every observation weighing kWeightOne: sums and minima in 16 bits; 64 (distance - sdf) by one
-// multiply-add of interleaved pairs.
+// The common case, every observation weighing kWeightOne: sums and minima in 16 bits; 64 (distance - sdf) by
+// one multiply-add of interleaved pairs.
 int FuseConstant(const std::int16_t* HWY_RESTRICT distances, std::uint16_t max_weight,
                  std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
     const DF df;
@@ -63,7 +63,8 @@ int FuseConstant(const std::int16_t* HWY_RESTRICT distances, std::uint16_t max_w
                                 hn::InterleaveUpper(d16, hn::BitCast(d16, total), zero));
         const auto after = hn::Add(before, hn::IfThenZeroElse(hidden, PackRows(left, right)));
         hn::Store(after, d16, sdf + i);
-        hn::Store(hn::IfThenElse(hn::RebindMask(du16, hidden), sum, hn::Min(total, most)), du16, weight_sum + i);
+        hn::Store(hn::IfThenElse(hn::RebindMask(du16, hidden), sum, hn::Min(total, most)), du16,
+                  weight_sum + i);
         const auto size = hn::BitCast(du16, hn::Abs(after));
         least = hn::Min(least, hn::Or(size, hn::BitCast(du16, hn::VecFromMask(d16, hidden))));
     }
@@ -74,7 +75,8 @@ int FuseConstant(const std::int16_t* HWY_RESTRICT distances, std::uint16_t max_w
 
 template <bool kWeighted>
 int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RESTRICT weights,
-         std::uint16_t max_weight_sum, std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum) {
+         std::uint16_t max_weight_sum, std::int16_t* HWY_RESTRICT sdf,
+         std::uint16_t* HWY_RESTRICT weight_sum) {
     const DF df;
     const DI di;
     const D16 d16;
@@ -95,7 +97,9 @@ int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RE
         const auto total = hn::Add(sum, w);
         const auto step =
             hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(d, before))), hn::ConvertTo(df, total));
-        const auto after = hn::IfThenElse(seen, hn::Add(before, RoundInRange(step)), before);
+        auto whole = RoundInRange(step);
+        if constexpr (!kWeighted) whole = hn::Min(hn::Max(whole, hn::Set(di, -32768)), hn::Set(di, 32767));
+        const auto after = hn::IfThenElse(seen, hn::Add(before, whole), before);
         const auto sum_after = hn::IfThenElse(seen, hn::Min(total, max_weight), sum);
         hn::Store(hn::DemoteTo(d16, after), d16, sdf + i);
         hn::Store(hn::DemoteTo(du16, sum_after), du16, weight_sum + i);
@@ -132,7 +136,8 @@ int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16
         const auto empty = hn::Eq(hn::BitCast(d16, sum_16), none_16);
         auto value_16 = hn::Load(d16, sdf + i);
         const auto d_16 = hn::Load(d16, distances + i);
-        const auto carved_16 = hn::And(hn::Eq(d_16, free_16), hn::Not(hn::Or(empty, hn::Eq(value_16, free_16))));
+        const auto carved_16 =
+            hn::And(hn::Eq(d_16, free_16), hn::Not(hn::Or(empty, hn::Eq(value_16, free_16))));
         if (!hn::AllFalse(d16, carved_16)) {
             changed = true;
             const auto value = hn::PromoteTo(di, value_16), sum = hn::PromoteTo(di, sum_16);
@@ -146,7 +151,8 @@ int CarveDistances(const std::int16_t* HWY_RESTRICT distances, const std::uint16
             const auto sum_after = hn::DemoteTo(du16, hn::Min(total, most));
             value_16 = hn::IfThenElse(carved_16, after, value_16);
             hn::Store(value_16, d16, sdf + i);
-            hn::Store(hn::IfThenElse(hn::RebindMask(du16, carved_16), sum_after, sum_16), du16, weight_sum + i);
+            hn::Store(hn::IfThenElse(hn::RebindMask(du16, carved_16), sum_after, sum_16), du16,
+                      weight_sum + i);
         }
         least = hn::Min(least, hn::IfThenElse(empty, free_16, hn::Abs(value_16)));
     }
@@ -177,7 +183,8 @@ int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, 
 
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
                     std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {
-    if (scalar_selected()) return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
+    if (scalar_selected())
+        return scalar::carve_distances(distances, weights, times, max_weight, sdf, weight_sum);
     return BURIN_DISPATCH(CarveDistances)(distances, weights, times, max_weight, sdf, weight_sum);
 }
 

@@ -98,10 +98,9 @@ HWY_INLINE void LookUp4(const std::uint16_t* HWY_RESTRICT table, const std::int3
     std::uint64_t a, b;
     std::memcpy(&a, at, 8);
     std::memcpy(&b, at + 2, 8);
-    const std::uint64_t four = std::uint64_t{table[static_cast<std::uint32_t>(a)]} |
-                               std::uint64_t{table[a >> 32]} << 16 |
-                               std::uint64_t{table[static_cast<std::uint32_t>(b)]} << 32 |
-                               std::uint64_t{table[b >> 32]} << 48;
+    const std::uint64_t four =
+        std::uint64_t{table[static_cast<std::uint32_t>(a)]} | std::uint64_t{table[a >> 32]} << 16 |
+        std::uint64_t{table[static_cast<std::uint32_t>(b)]} << 32 | std::uint64_t{table[b >> 32]} << 48;
     std::memcpy(to, &four, 8);
 }
 
