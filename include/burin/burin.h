@@ -15,10 +15,14 @@
  *   frames    right-handed; camera axes x right, y down, z forward (OpenCV); T_a_b maps coordinates of b to a
  *   pose      unit quaternion x y z w and a translation
  *   pixels    pixel centres at integer coordinates; images are rows of `stride_bytes`
- *   memory    the caller owns every buffer; the library allocates nothing after burin_create
+ *   memory    the caller owns every buffer; the library allocates nothing after burin_create (but for
+ *             stdio's buffer while burin_save, burin_load or burin_file_probe have a file open)
  *   errors    every call returns a burin_status; a call that fails changes nothing unless it says so.
  *             burin_last_error(map) holds one line with the value and what was expected
- *   threads   one map is used by one thread at a time; different maps are independent
+ *   threads   one map is used by one thread at a time, any one; a second is refused with STATE. Different
+ *             maps are independent; functions without a map may be called on any thread
+ *   sizes     structures with a struct_size are refused (INVALID_ARGUMENT) unless it is that of this header:
+ *             neither an older nor a newer one half works
  */
 #ifndef BURIN_BURIN_H
 #define BURIN_BURIN_H
@@ -132,11 +136,14 @@ typedef struct burin_map {
     uint32_t generation;
 } burin_map;
 
-/* memory: at least burin_bytes(config) bytes, aligned to 64, untouched by the caller until burin_destroy.
- * At most 64 maps at a time in one process. */
+/* memory: at least burin_bytes(config) bytes, aligned to 64, untouched by the caller until burin_destroy. It
+ * need not be zeroed. *map is set only on success. Errors (in burin_last_error((burin_map){0})):
+ * INVALID_ARGUMENT (null, misaligned, a field out of range), INSUFFICIENT_MEMORY (the text says how many
+ * bytes), STATE (64 maps exist in this process already). */
 BURIN_API burin_status burin_create(const burin_config* config, void* memory, uint64_t bytes, burin_map* map);
 
-/* Stops the threads and nulls the handle; the memory is the caller's again. A null map is fine. */
+/* Stops the threads and nulls the handle; the memory is the caller's again. A null map is fine. Errors: STATE
+ * (stale, or in use: also from one of its own callbacks); the map then stays. */
 BURIN_API burin_status burin_destroy(burin_map* map);
 
 /* Forgets every chunk; the configuration stays. */
@@ -286,6 +293,7 @@ typedef struct burin_statistics {
     float bounds_min_m[3], bounds_max_m[3]; /* box around all chunks; min > max when empty */
 } burin_statistics;
 
+/* Walks over the keys of all chunks. Errors: INVALID_ARGUMENT (null), STATE. */
 BURIN_API burin_status burin_stats(burin_map map, burin_statistics* statistics);
 
 /* A 64-bit digest of every chunk's key and voxels, in key order: equal maps have equal hashes, whatever the
@@ -314,12 +322,14 @@ typedef struct burin_mesh_buffers {
     uint64_t vertex_count, triangle_count; /* out */
 } burin_mesh_buffers;
 
-/* The sizes burin_mesh needs now. */
+/* The sizes burin_mesh needs now, and as long as the map does not change. options: NULL for the defaults.
+ * Errors: INVALID_ARGUMENT, STATE, CANCELLED; the counts are then untouched. */
 BURIN_API burin_status burin_mesh_size(burin_map map, const burin_mesh_options* options, uint64_t* vertices,
                                        uint64_t* triangles);
 
 /* The surface of the whole map by marching cubes. Vertices are shared within and across chunks.
- * INSUFFICIENT_MEMORY: a capacity is too small; the counts then hold what is needed. */
+ * Errors: INSUFFICIENT_MEMORY (a capacity is too small; the counts then hold what is needed),
+ * INVALID_ARGUMENT, UNSUPPORTED (more than 2^32 - 2 vertices), STATE, CANCELLED. */
 BURIN_API burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_mesh_buffers* mesh);
 
 typedef struct burin_chunk_key {
@@ -347,13 +357,15 @@ BURIN_API burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_
 
 /* What a camera at T_world_camera would see, by ray casting (KinectFusion 2011, section 3.3). Buffers of
  * camera.width * camera.height pixels, packed; each may be NULL. No surface: depth 0, normal 0 0 0, colour 0
- * 0 0. The camera must be free of distortion. */
+ * 0 0. Errors: UNSUPPORTED (the camera has distortion), INVALID_ARGUMENT (camera, pose), STATE; buffers are
+ * then untouched; CANCELLED. */
 BURIN_API burin_status burin_raycast(burin_map map, const burin_camera* camera,
                                      const burin_pose* T_world_camera, float* depth_m, float* normals,
                                      uint8_t* rgb);
 
 /* Signed distance (metres, + in free space) at `count` world points (3 doubles each), trilinear; NaN where a
- * voxel around the point was never seen. gradients (3 floats a point, unitless) may be NULL. */
+ * voxel around the point was never seen. gradients (3 floats a point, unitless) may be NULL. Errors:
+ * INVALID_ARGUMENT (null, 2^42 points or more), STATE, CANCELLED. */
 BURIN_API burin_status burin_sample(burin_map map, const double* points, uint64_t count, float* distances,
                                     float* gradients);
 
