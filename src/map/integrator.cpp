@@ -210,7 +210,7 @@ void Integrator::choose(const Job& job, int first, int end) {
 // third of the time and half of the memory traffic. Which chunks are due follows from their keys and their
 // content, so it is the same after loading a map.
 bool Integrator::colour_due(const Job& job, const Candidate& candidate) {
-    constexpr int kSettled = 8;
+    constexpr int kSettled = 4;
     return job.volume.colour_readings(candidate.slot) < kSettled ||
            ((mix64(candidate.key) + job.frame_number) & 1) != 0;
 }

@@ -50,10 +50,12 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
 void FusionSession::clear() {
     volume_.clear();
     frames_ = dropped_ = 0;
+    counted_ = false;
 }
 
 FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
     FrameReport report;
+    counted_ = false;
     const double start = now_ms();
     depth_.prepare(frame, jobs);
     const double prepared = now_ms();

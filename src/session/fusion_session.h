@@ -45,8 +45,13 @@ class FusionSession {
     // `frame` must have been checked.
     FrameReport integrate(const FrameView& frame, Jobs& jobs);
 
+    // Asked twice without a frame between, it remembers: the size first, then the mesh.
     MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
-        return mesher_.count(volume_, options, jobs);
+        if (counted_ && counted_options_ == options) return counts_;
+        counts_ = mesher_.count(volume_, options, jobs);
+        counted_options_ = options;
+        counted_ = true;
+        return counts_;
     }
     void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) {
         mesher_.extract(volume_, options, out, jobs);
@@ -99,6 +104,9 @@ class FusionSession {
     Mesher mesher_;
     std::uint32_t* scratch_ = nullptr;  // one entry a chunk
     std::uint64_t frames_ = 0, dropped_ = 0;
+    bool counted_ = false;  // counts_ and what mesher_ holds are of the volume as it is
+    MeshOptions counted_options_;
+    MeshCounts counts_;
 };
 
 }  // namespace burin
