@@ -66,7 +66,7 @@ burin_status burin_mesh_size(burin_map map, const burin_mesh_options* options, u
         if (!vertices || !triangles) return null_argument(vertices ? "triangles" : "vertices");
         MeshOptions mesh_options;
         BURIN_TRY(check_mesh_options(options, &mesh_options));
-        Watch watch(state, 1);
+        Watch watch(state, 2);
         const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
         BURIN_TRY(watch.progress.finish());
         *vertices = counts.vertices;
@@ -80,7 +80,7 @@ burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_
         BURIN_TRY(check_buffers(mesh));
         MeshOptions mesh_options;
         BURIN_TRY(check_mesh_options(options, &mesh_options));
-        Watch watch(state, 2);
+        Watch watch(state, state.session.counted(mesh_options) ? 1 : 3);
         const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
         if (watch.progress.stopped()) return watch.progress.finish();
         if (counts.vertices > 0xfffffffeULL)

@@ -47,6 +47,8 @@ class Jobs {
     // items left and all later runs are skipped. Told by the calling thread, or with a pool by whichever
     // comes first.
     void watch(Progress* progress) { progress_ = progress; }
+    // The results of runs since watch() are incomplete.
+    bool stopped() const { return progress_ && progress_->stopped(); }
 
     // Calls body(item, worker) for every item in 0..count-1 and returns when all are done; worker is in
     // 0..threads()-1 and unique among the calls running at one time (for per-thread scratch). Allocates

@@ -47,12 +47,13 @@ class FusionSession {
 
     // Asked twice without a frame between, it remembers: the size first, then the mesh.
     MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
-        if (counted_ && counted_options_ == options) return counts_;
+        if (counted(options)) return counts_;
         counts_ = mesher_.count(volume_, options, jobs);
         counted_options_ = options;
-        counted_ = true;
+        counted_ = !jobs.stopped();
         return counts_;
     }
+    bool counted(const MeshOptions& options) const { return counted_ && counted_options_ == options; }
     void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) {
         mesher_.extract(volume_, options, out, jobs);
     }

@@ -68,11 +68,15 @@ struct LongCalls {
     }
     std::vector<std::function<burin_status(burin_map)>> all() {
         return {
-            [this](burin_map m) { return burin_mesh_size(m, nullptr, &vertices, &count); },
+            [this](burin_map m) {
+                const burin_mesh_options options = other_options();
+                return burin_mesh_size(m, &options, &vertices, &count);
+            },
             [this](burin_map m) {
                 burin_mesh_buffers mesh{60000, 120000, positions.data(), nullptr, nullptr, triangles.data(),
                                         0,     0};
-                return burin_mesh(m, nullptr, &mesh);
+                const burin_mesh_options options = other_options();
+                return burin_mesh(m, &options, &mesh);
             },
             [this](burin_map m) {
                 return burin_raycast(m, &frame.depth_camera, &frame.T_world_camera, depth.data(), nullptr,
@@ -86,6 +90,14 @@ struct LongCalls {
             [](burin_map m) { return burin_save(m, "test_api_hooks.burin"); },
         };
     }
+    // Never the same twice: sizes are remembered, and what is known takes no time.
+    burin_mesh_options other_options() {
+        burin_mesh_options options = burin_mesh_options_default();
+        options.min_weight = 0.5f + 0.001f * static_cast<float>(++asked);
+        return options;
+    }
+
+    int asked = 0;
     burin_frame frame;
     std::vector<double> points;
     std::vector<float> positions, depth = std::vector<float>(160 * 120), distances = std::vector<float>(5000);
@@ -190,6 +202,29 @@ TEST_F(Hooks, ProgressRisesToOneAndTheCallCanBeStoppedAnywhere) {
         for (const auto& call : calls.all()) EXPECT_EQ(call(map.map), BURIN_OK);
         std::remove("test_api_hooks.burin");
     }
+}
+
+TEST_F(Hooks, ACancelledCountIsNotRemembered) {
+    const ApiMap map(test_config());
+    fuse(map);
+    std::uint64_t vertices = 0, triangles = 0, again[2] = {0, 0};
+    ASSERT_EQ(burin_mesh_size(map.map, nullptr, &vertices, &triangles), BURIN_OK);
+    fuse(map);  // what was counted is forgotten
+    ASSERT_EQ(burin_mesh_size(map.map, nullptr, &vertices, &triangles), BURIN_OK);
+    burin_mesh_options other = burin_mesh_options_default();
+    other.min_weight = 0.7f;
+    Teller teller{map.map};
+    teller.stop_at = 0;
+    burin_hooks hooks = burin_hooks_default();
+    hooks.user = &teller;
+    hooks.progress = Teller::progress;
+    ASSERT_EQ(burin_set_hooks(map.map, &hooks), BURIN_OK);
+    EXPECT_EQ(burin_mesh_size(map.map, &other, &again[0], &again[1]), BURIN_CANCELLED);
+    EXPECT_EQ(again[0], 0u);
+    ASSERT_EQ(burin_mesh_size(map.map, &other, &again[0], &again[1]), BURIN_OK);
+    ASSERT_EQ(burin_mesh_size(map.map, nullptr, &again[0], &again[1]), BURIN_OK);
+    EXPECT_EQ(again[0], vertices);
+    EXPECT_EQ(again[1], triangles);
 }
 
 TEST_F(Hooks, ACancelledSaveLeavesTheFileThatWasThere) {
