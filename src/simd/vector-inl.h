@@ -42,7 +42,7 @@ HWY_INLINE hn::Vec<DI> RoundInRange(hn::Vec<DF> v) {
 }
 
 #undef BURIN_HAVE_PACK
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128  // Clang's baseline is emulated
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
 #define BURIN_HAVE_PACK 1
 using DFull16 = hn::Repartition<std::int16_t, DF>;
 using DFullU16 = hn::Repartition<std::uint16_t, DF>;
