@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "core/hash.h"
+#include "map/colour_pixels.h"
 #include "map/integrator_job.h"
 
 namespace burin {
@@ -89,7 +90,7 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             {frame.colour.data,
              frame.colour.width,
              frame.colour.height,
-             frame.colour.stride,
+             offsets_stride(frame),
              cc.distorted(),
              static_cast<float>(cc.fx),
              static_cast<float>(cc.fy),
@@ -107,7 +108,8 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along
             // the ray covers slopes up to 60 degrees.
             static_cast<std::int16_t>(std::min(32766.0f, 2.0f * volume.voxel_m() * units_per_m)),
-            Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m)};
+            Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m),
+            frame};
     projector.fill(&job.chunk_projection, job.origin);
     if (job.with_colour) job.colour_projector.fill(&job.colour);
 
@@ -237,7 +239,9 @@ bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate, const Ch
     volume.least_distance(slot) =
         static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
     if (count > 0) {
-        const int readings = simd::fuse_colours(coloured, count, job.colour, pixels, colours);
+        const int readings = job.frame.colour_format == PixelFormat::rgb8
+                                 ? simd::fuse_colours(coloured, count, job.colour, pixels, colours)
+                                 : fuse_other_format(job.frame, coloured, count, job.colour, pixels, colours);
         volume.colour_readings(slot) =
             static_cast<std::uint8_t>(std::max<int>(volume.colour_readings(slot), readings));
     }

@@ -25,6 +25,7 @@ struct Integrator::Job {
     simd::ColourFrame colour;
     std::int16_t colour_band;  // voxels with |distance| up to this take colour
     Projector colour_projector;
+    const FrameView& frame;  // for its colour, where the format is not RGB
 };
 
 // A relative error of sums of four products in single precision is below 16 of its steps.

@@ -90,9 +90,16 @@ void FusionSession::spread_dirt() {
     for (std::uint32_t slot = 0; slot < volume_.live(); ++slot) spread_dirt_of(slot);
 }
 
-Status FusionSession::load(const char* path, const MapFileHead& head) {
+Status FusionSession::load(const char* path, const MapFileHead& head, Progress* progress) {
     clear();
-    BURIN_TRY(load_map(volume_, head, path, scratch_));
+    BURIN_TRY(load_map(volume_, head, path, scratch_, progress));
+    frames_ = head.frames;
+    return {};
+}
+
+Status FusionSession::load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress) {
+    clear();
+    BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress));
     frames_ = head.frames;
     return {};
 }
