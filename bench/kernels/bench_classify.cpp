@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// simd/classify.h. One iteration is the 64 rows of one chunk.
+// simd/classify.h. One iteration is one chunk.
 #include "kernels/kernels.h"
 #include "kernels/scene.h"
 #include "simd/classify.h"
@@ -17,17 +17,16 @@ void classify(benchmark::State& state) {
             chunk.sdf[v] = static_cast<std::int16_t>(seed >> 16);
             chunk.weight[v] = static_cast<std::uint16_t>(seed >> 24);
         }
-    std::uint8_t known[64], inside[64];
+    simd::ChunkBits bits;
     std::size_t i = 0;
     while (state.KeepRunning()) {
-        simd::classify_rows(chunks[i].sdf, chunks[i].weight, 0, 1, 64, 32, known, inside);
-        benchmark::DoNotOptimize(known);
-        benchmark::DoNotOptimize(inside);
+        simd::classify_chunk(chunks[i].sdf, chunks[i].weight, 8, {32, -20000, 20000}, &bits);
+        benchmark::DoNotOptimize(bits);
         benchmark::ClobberMemory();
         i = (i + 1) % chunks.size();
     }
 }
 
-const bool registered = bench::on_every_target("classify_rows", classify);
+const bool registered = bench::on_every_target("classify_chunk", classify);
 
 }  // namespace

@@ -18,7 +18,8 @@ struct Observed {
     alignas(64) std::int16_t distances[KernelScene::kChunks][simd::kChunkVoxels];
     Observed() {
         for (int i = 0; i < KernelScene::kChunks; ++i)
-            simd::observe_chunk(*scene().frame, scene().chunks[static_cast<std::size_t>(i)], distances[i], nullptr);
+            simd::observe_chunk(*scene().frame, scene().chunks[static_cast<std::size_t>(i)], distances[i],
+                                nullptr);
     }
 };
 const Observed& observed() {
@@ -53,11 +54,11 @@ void over_chunks(benchmark::State& state, Body body) {
 
 void fuse(benchmark::State& state, bool weighted) {
     const std::vector<std::uint16_t> weights(simd::kChunkVoxels + 32, 50);
-    const auto* aligned = reinterpret_cast<const std::uint16_t*>((reinterpret_cast<std::uintptr_t>(weights.data()) + 63) &
-                                                                 ~std::uintptr_t{63});
+    const auto* aligned = reinterpret_cast<const std::uint16_t*>(
+        (reinterpret_cast<std::uintptr_t>(weights.data()) + 63) & ~std::uintptr_t{63});
     over_chunks(state, [&](const std::int16_t* distances, ChunkGeometry& chunk) {
-        return simd::fuse_distances(distances, weighted ? aligned : nullptr, KernelScene::kMaxWeight, chunk.sdf,
-                                    chunk.weight);
+        return simd::fuse_distances(distances, weighted ? aligned : nullptr, KernelScene::kMaxWeight,
+                                    chunk.sdf, chunk.weight);
     });
 }
 
@@ -90,7 +91,8 @@ void colour(benchmark::State& state, bool distorted) {
 void project(benchmark::State& state) {
     simd::ChunkProjection p{};
     p.origin_z = 3e6f;
-    for (int k = 0; k < 8; ++k) p.corner_u[k] = p.corner_v[k] = 1e6f * static_cast<float>(k), p.corner_z[k] = 1e4f;
+    for (int k = 0; k < 8; ++k)
+        p.corner_u[k] = p.corner_v[k] = 1e6f * static_cast<float>(k), p.corner_z[k] = 1e4f;
     simd::ChunkBatch batch{};
     while (state.KeepRunning()) {
         simd::project_chunks(p, &batch);

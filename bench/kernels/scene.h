@@ -68,9 +68,10 @@ struct KernelScene {
         colour.cy = kCentreV;
         for (int i = 0; i < kChunks; ++i) {
             const double u = 30.0 + random() % (kWidth - 60), v = 30.0 + random() % (kHeight - 60);
-            const double z = static_cast<double>(wall_m(static_cast<float>(u))) + kVoxel * (random() % 8 - 4.0);
-            const Vec3d p = T_camera_world.inverse() *
-                            Vec3d{(u - kCentreU) / kFocal * z, (v - kCentreV) / kFocal * z, z};
+            const double z =
+                static_cast<double>(wall_m(static_cast<float>(u))) + kVoxel * (random() % 8 - 4.0);
+            const Vec3d p =
+                T_camera_world.inverse() * Vec3d{(u - kCentreU) / kFocal * z, (v - kCentreV) / kFocal * z, z};
             const double side = kChunkSide * static_cast<double>(kVoxel);
             const Vec3i chunk = {static_cast<std::int32_t>(std::floor(p.x / side)),
                                  static_cast<std::int32_t>(std::floor(p.y / side)),

@@ -79,11 +79,11 @@ Json stages_json(const std::vector<StageTimes>& times, int warm) {
     };
     std::vector<double> depth;
     for (const StageTimes& t : times) depth.push_back(t.depth);
-    return {{"depth", median_after(depth, warm)},         {"mark", of(&IntegrationTimes::mark)},
-            {"choose", of(&IntegrationTimes::choose)},     {"test", of(&IntegrationTimes::test)},
-            {"insert", of(&IntegrationTimes::insert)},     {"fuse", of(&IntegrationTimes::fuse)},
-            {"carve", of(&IntegrationTimes::carve)},       {"candidates", of(&IntegrationTimes::candidates)},
-            {"chosen", of(&IntegrationTimes::chosen)},     {"missing", of(&IntegrationTimes::missing)}};
+    return {{"depth", median_after(depth, warm)},      {"mark", of(&IntegrationTimes::mark)},
+            {"choose", of(&IntegrationTimes::choose)}, {"test", of(&IntegrationTimes::test)},
+            {"insert", of(&IntegrationTimes::insert)}, {"fuse", of(&IntegrationTimes::fuse)},
+            {"carve", of(&IntegrationTimes::carve)},   {"candidates", of(&IntegrationTimes::candidates)},
+            {"chosen", of(&IntegrationTimes::chosen)}, {"missing", of(&IntegrationTimes::missing)}};
 }
 
 burin::Result<Json> measure(const Options& o, const std::vector<Frame>& frames, float voxel_m,
@@ -138,7 +138,8 @@ void print(const Json& run) {
     print_row("  distances and averages", s["fuse"], run);
     print_row("  carve", s["carve"], run);
     double sum = 0;
-    for (const char* part : {"depth", "mark", "choose", "test", "insert", "fuse", "carve"}) sum += double(s[part]);
+    for (const char* part : {"depth", "mark", "choose", "test", "insert", "fuse", "carve"})
+        sum += double(s[part]);
     print_row("  not accounted for", double(run["integrate_ms"]) - sum, run);
     print_row("integration, caches emptied before", run["cold_ms"], run);
     std::printf("  %.0f candidates, %.0f in reach, of them %.0f not in the map\n", double(s["candidates"]),

@@ -35,7 +35,8 @@ struct Parts {
         Arena measure;
         place(measure);
         bytes = measure.used();
-        void* got = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+        void* got =
+            mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (got == MAP_FAILED) return Status::error(Code::insufficient_memory, "stages: no memory");
         memory = got;
         Arena arena(memory, bytes);
@@ -47,14 +48,15 @@ struct Parts {
 
 void keep_least(IntegrationTimes* least, const IntegrationTimes& t) {
     for (double IntegrationTimes::*stage :
-         {&IntegrationTimes::mark, &IntegrationTimes::choose, &IntegrationTimes::test, &IntegrationTimes::insert,
-          &IntegrationTimes::fuse, &IntegrationTimes::carve})
+         {&IntegrationTimes::mark, &IntegrationTimes::choose, &IntegrationTimes::test,
+          &IntegrationTimes::insert, &IntegrationTimes::fuse, &IntegrationTimes::carve})
         least->*stage = std::min(least->*stage, t.*stage);
 }
 
 }  // namespace
 
-Result<std::vector<StageTimes>> time_stages(const std::vector<Frame>& frames, const burin_config& config, int passes) {
+Result<std::vector<StageTimes>> time_stages(const std::vector<Frame>& frames, const burin_config& config,
+                                            int passes) {
     std::vector<StageTimes> times(frames.size());
     for (int pass = 0; pass < passes; ++pass) {
         Parts parts;

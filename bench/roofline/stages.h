@@ -18,6 +18,7 @@ struct StageTimes {
 };
 
 // Fuses the frames in order into a map of its own, `passes` times; for each frame and stage the least.
-Result<std::vector<StageTimes>> time_stages(const std::vector<Frame>& frames, const burin_config& config, int passes);
+Result<std::vector<StageTimes>> time_stages(const std::vector<Frame>& frames, const burin_config& config,
+                                            int passes);
 
 }  // namespace burin::bench

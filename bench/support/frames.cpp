@@ -92,8 +92,8 @@ burin_frame c_frame(const Frame& f) {
     out.depth_camera = c_camera(f.depth_camera);
     out.T_world_camera = c_pose(f.T_world_camera);
     if (f.colour.empty()) return out;
-    out.rgb = f.colour.pixels.data();
-    out.rgb_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
+    out.colour = f.colour.pixels.data();
+    out.colour_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
     out.colour_camera = c_camera(f.colour_camera);
     out.T_colour_depth = c_pose(f.T_colour_depth);
     return out;
@@ -126,6 +126,7 @@ Status BenchMap::create(const burin_config& config) {
         mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED) return Status::error(Code::insufficient_memory, "--budget: no such memory");
     memory_ = memory;
+    madvise(memory_, bytes_, MADV_HUGEPAGE);  // as the command line does
     if (const burin_status s = burin_create(&config, memory_, bytes_, &map_); s != BURIN_OK)
         return Status::error(static_cast<Code>(s), "%s", burin_last_error(none));
     return {};

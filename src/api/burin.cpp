@@ -3,6 +3,7 @@
 #include "burin/burin.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <new>
 
@@ -113,7 +114,14 @@ burin_status burin_create(const burin_config* config, void* memory, uint64_t byt
     state->session.place(rest, options);
     state->session.clear();
     *map = register_map(state);
-    if (map->index != 0) return BURIN_OK;
+    if (map->index != 0) {
+        char line[128];
+        std::snprintf(line, sizeof line, "map of %u chunks in %llu bytes, kernels %s, %d threads",
+                      options.volume.capacity, static_cast<unsigned long long>(needed), simd::target_name(),
+                      state->jobs.threads());
+        log_line(BURIN_LOG_INFO, line);
+        return BURIN_OK;
+    }
     state->~MapState();
     return report(thread_error(), Status::error(Code::state, "64 maps exist already"));
 }
@@ -135,6 +143,7 @@ burin_status burin_destroy(burin_map* map) {
 burin_status burin_reset(burin_map map) {
     return Call(map).run([](MapState& state) {
         state.session.clear();
+        state.told_full = false;
         return Status();
     });
 }
@@ -145,6 +154,10 @@ burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_fram
         FrameView view;
         BURIN_TRY(checked_frame(*frame, state.config, &view));
         const FrameReport r = state.session.integrate(view, state.jobs);
+        if (r.chunks.dropped > 0 && !state.told_full) {
+            state.told_full = true;
+            log_line(BURIN_LOG_WARNING, "the map is full, chunks are dropped: raise budget_bytes or voxel_m");
+        }
         if (result)
             *result = {r.chunks.dropped > 0 ? std::uint32_t{BURIN_FLAG_POOL_FULL} : 0u,
                        r.chunks.fused,

@@ -83,7 +83,9 @@ burin_status burin_mesh_size(burin_map map, const burin_mesh_options* options, u
         if (!vertices || !triangles) return null_argument(vertices ? "triangles" : "vertices");
         MeshOptions mesh_options;
         BURIN_TRY(check_mesh_options(options, &mesh_options));
+        Watch watch(state, 2);
         const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
+        BURIN_TRY(watch.progress.finish());
         *vertices = counts.vertices;
         *triangles = counts.triangles;
         return {};
@@ -95,13 +97,15 @@ burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_
         BURIN_TRY(check_buffers(mesh));
         MeshOptions mesh_options;
         BURIN_TRY(check_mesh_options(options, &mesh_options));
+        Watch watch(state, state.session.counted(mesh_options) ? 1 : 3);
         const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
+        if (watch.progress.stopped()) return watch.progress.finish();
         if (counts.vertices > 0xfffffffeULL)
             return Status::error(Code::unsupported, "the mesh has %llu vertices, an index holds 32 bits",
                                  static_cast<unsigned long long>(counts.vertices));
         BURIN_TRY(require_capacity(mesh, counts.vertices, counts.triangles));
         state.session.extract_mesh(mesh_options, buffers_of(*mesh), state.jobs);
-        return {};
+        return watch.progress.finish();
     });
 }
 
@@ -179,8 +183,9 @@ burin_status burin_raycast(burin_map map, const burin_camera* camera, const buri
         BURIN_TRY(checked_camera(*camera, "raycast", &c));
         if (c.distorted()) return Status::error(Code::unsupported, "raycast camera: distortion must be 0");
         BURIN_TRY(checked_world_pose(*T_world_camera, state.config, &T));
+        Watch watch(state, 2);
         state.session.raycast_map(c, T, {depth_m, normals, rgb}, state.jobs);
-        return {};
+        return watch.progress.finish();
     });
 }
 
@@ -194,13 +199,14 @@ burin_status burin_sample(burin_map map, const double* points, uint64_t count, f
         if (items > 0x7fffffff)
             return Status::error(Code::invalid_argument, "sample: %llu points, expected fewer than 2^42",
                                  static_cast<unsigned long long>(count));
+        Watch watch(state, 1);
         state.jobs.run(static_cast<int>(items), [&](int item, int) {
             const std::uint64_t first = static_cast<std::uint64_t>(item) * kItem;
             BatchSampler sampler(state.session.volume());
             sampler.sample(points + 3 * first, static_cast<std::size_t>(std::min(kItem, count - first)),
                            distances + first, gradients ? gradients + 3 * first : nullptr);
         });
-        return {};
+        return watch.progress.finish();
     });
 }
 

@@ -54,8 +54,8 @@ burin_frame c_frame(const Frame& f) {
     out.depth_camera = c_camera(f.depth_camera);
     out.T_world_camera = c_pose(f.T_world_camera);
     if (f.colour.empty()) return out;
-    out.rgb = f.colour.pixels.data();
-    out.rgb_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
+    out.colour = f.colour.pixels.data();
+    out.colour_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
     out.colour_camera = c_camera(f.colour_camera);
     out.T_colour_depth = c_pose(f.T_colour_depth);
     return out;

@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "core/hash.h"
+#include "map/colour_pixels.h"
 #include "map/integrator_job.h"
 
 namespace burin {
@@ -89,7 +90,7 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             {frame.colour.data,
              frame.colour.width,
              frame.colour.height,
-             frame.colour.stride,
+             offsets_stride(frame),
              cc.distorted(),
              static_cast<float>(cc.fx),
              static_cast<float>(cc.fy),
@@ -109,7 +110,8 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             static_cast<std::int16_t>(std::min(32766.0f, 2.0f * volume.voxel_m() * units_per_m)),
             // Up to those slopes the nearer end of an edge with a vertex lies within one.
             static_cast<std::uint16_t>(std::min(32766.0f, volume.voxel_m() * units_per_m)),
-            Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m)};
+            Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m),
+            frame};
     projector.fill(&job.chunk_projection, job.origin);
     if (job.with_colour) job.colour_projector.fill(&job.colour);
 
@@ -210,7 +212,7 @@ void Integrator::choose(const Job& job, int first, int end) {
 // third of the time and half of the memory traffic. Which chunks are due follows from their keys and their
 // content, so it is the same after loading a map.
 bool Integrator::colour_due(const Job& job, const Candidate& candidate) {
-    constexpr int kSettled = 8;
+    constexpr int kSettled = 4;
     return job.volume.colour_readings(candidate.slot) < kSettled ||
            ((mix64(candidate.key) + job.frame_number) & 1) != 0;
 }
@@ -242,7 +244,9 @@ bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate, const Ch
     volume.least_distance(slot) =
         static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
     if (count > 0) {
-        const int readings = simd::fuse_colours(coloured, count, job.colour, pixels, colours);
+        const int readings = job.frame.colour_format == PixelFormat::rgb8
+                                 ? simd::fuse_colours(coloured, count, job.colour, pixels, colours)
+                                 : fuse_other_format(job.frame, coloured, count, job.colour, pixels, colours);
         volume.colour_readings(slot) =
             static_cast<std::uint8_t>(std::max<int>(volume.colour_readings(slot), readings));
     }

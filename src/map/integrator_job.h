@@ -26,6 +26,7 @@ struct Integrator::Job {
     std::int16_t colour_band;  // voxels with |distance| up to this take colour
     std::uint16_t mesh_band;   // steps of voxels with |sdf| up to this move the mesh
     Projector colour_projector;
+    const FrameView& frame;  // for its colour, where the format is not RGB
 };
 
 // A relative error of sums of four products in single precision is below 16 of its steps.

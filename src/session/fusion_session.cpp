@@ -77,9 +77,16 @@ MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& option
     return counts;
 }
 
-Status FusionSession::load(const char* path, const MapFileHead& head) {
+Status FusionSession::load(const char* path, const MapFileHead& head, Progress* progress) {
     clear();
-    BURIN_TRY(load_map(volume_, head, path, scratch_));
+    BURIN_TRY(load_map(volume_, head, path, scratch_, progress));
+    frames_ = head.frames;
+    return {};
+}
+
+Status FusionSession::load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress) {
+    clear();
+    BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress));
     frames_ = head.frames;
     return {};
 }

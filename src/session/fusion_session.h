@@ -48,12 +48,13 @@ class FusionSession {
 
     // Asked twice without a frame between, it remembers: the size first, then the mesh.
     MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
-        if (counted_ && counted_options_ == options) return counts_;
+        if (counted(options)) return counts_;
         counts_ = mesher_.count(volume_, options, jobs);
         counted_options_ = options;
-        counted_ = true;
+        counted_ = !jobs.stopped();
         return counts_;
     }
+    bool counted(const MeshOptions& options) const { return counted_ && counted_options_ == options; }
     void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) {
         mesher_.extract(volume_, options, out, jobs);
     }
@@ -74,8 +75,15 @@ class FusionSession {
         raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
     }
 
-    Status save(const char* path, const MapFileHead& head) { return save_map(volume_, head, path, scratch_); }
-    Status load(const char* path, const MapFileHead& head);
+    Status save(const char* path, const MapFileHead& head, Progress* progress = nullptr) {
+        return save_map(volume_, head, path, scratch_, progress);
+    }
+    Status save(MapWriter& writer, const MapFileHead& head, Progress* progress) {
+        return save_map(volume_, head, writer, scratch_, progress);
+    }
+    // On failure the map is empty.
+    Status load(const char* path, const MapFileHead& head, Progress* progress = nullptr);
+    Status load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress);
     std::uint64_t hash() { return volume_.hash(scratch_); }
 
     const Volume& volume() const { return volume_; }

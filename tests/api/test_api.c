@@ -196,8 +196,8 @@ int main(int argc, char** argv) {
     frame.depth_stride_bytes = WIDTH * sizeof(uint16_t);
     frame.depth_unit_m = 0.001;
     frame.depth_camera = frame.colour_camera = camera();
-    frame.rgb = rgb;
-    frame.rgb_stride_bytes = 3 * WIDTH;
+    frame.colour = rgb;
+    frame.colour_stride_bytes = 3 * WIDTH;
     EXPECT_OK(map, burin_integrate(map, &frame, &result));
     EXPECT(result.flags == 0 && result.valid_pixels == WIDTH * HEIGHT &&
            result.chunks_new == result.chunks_fused);

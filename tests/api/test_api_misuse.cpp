@@ -20,8 +20,8 @@ class OneMap : public testing::Test {
           depth_(ball_and_wall().depth(camera_, arc_pose(0, 3))),
           colour_(160, 120, 3, 90) {
         good_ = c_frame(frame_of(depth_, camera_, arc_pose(0, 3)));
-        good_.rgb = colour_.pixels.data();
-        good_.rgb_stride_bytes = 480;
+        good_.colour = colour_.pixels.data();
+        good_.colour_stride_bytes = 480;
         good_.colour_camera = c_camera(camera_);
         EXPECT_EQ(burin_integrate(map_.map, &good_, nullptr), BURIN_OK) << burin_last_error(map_.map);
         hash_ = map_.hash();
@@ -87,9 +87,28 @@ TEST_F(OneMap, BadFrames) {
              f.T_world_camera.qx = 1;
          }},
         {"T_world_camera", [=](burin_frame& f) { f.T_world_camera.qz = nan; }},
-        {"rgb_stride_bytes", [](burin_frame& f) { f.rgb_stride_bytes = 479; }},
-        {"rgb_stride_bytes",
-         [](burin_frame& f) { f.rgb_stride_bytes = 1u << 31; }},  // 32-bit offsets in kernels
+        {"colour_stride_bytes", [](burin_frame& f) { f.colour_stride_bytes = 479; }},
+        {"colour_stride_bytes",
+         [](burin_frame& f) { f.colour_stride_bytes = 1u << 31; }},  // 32-bit offsets in kernels
+        {"colour_format", [](burin_frame& f) { f.colour_format = 8; }},
+        {"colour_stride_bytes", [](burin_frame& f) { f.colour_format = BURIN_PIXEL_RGBA8; }},
+        {"chroma is null", [](burin_frame& f) { f.colour_format = BURIN_PIXEL_NV12; }},
+        {"chroma_stride_bytes",
+         [](burin_frame& f) {
+             f.colour_format = BURIN_PIXEL_NV21, f.chroma = f.colour;
+             f.chroma_stride_bytes = 159;
+         }},
+        {"confidence_stride_bytes",
+         [](burin_frame& f) {
+             f.confidence = f.colour;
+             f.confidence_stride_bytes = 159;
+         }},
+        {"min_confidence",
+         [](burin_frame& f) {
+             f.confidence = f.colour;
+             f.confidence_stride_bytes = 160, f.min_confidence = 256;
+         }},
+        {"reserved", [](burin_frame& f) { f.reserved[7] = 1; }},
         {"colour camera", [](burin_frame& f) { f.colour_camera.width = 0; }},
         {"colour camera", [](burin_frame& f) { f.colour_camera.fx = 0; }},
         {"T_colour_depth", [=](burin_frame& f) { f.T_colour_depth.tx = nan; }},

@@ -65,7 +65,8 @@ TEST_P(Colour, PixelsAndMeans) {
         }
         const float z = static_cast<float>(round % 7 == 0 ? rng.uniform(-0.2, 0.2) : rng.uniform(0.3, 2));
         const ProjectiveBase base{f * z * static_cast<float>(rng.uniform(-0.1, 1)),
-                                  static_cast<float>(height) * z * static_cast<float>(rng.uniform(-0.1, 1)), z};
+                                  static_cast<float>(height) * z * static_cast<float>(rng.uniform(-0.1, 1)),
+                                  z};
         alignas(64) std::int16_t distances[kVoxels];
         for (std::int16_t& d : distances) d = rng.below(3) ? std::int16_t{0} : kFree;
         alignas(64) std::uint8_t got[4 * kVoxels], expected[4 * kVoxels], before[4 * kVoxels];
@@ -78,7 +79,8 @@ TEST_P(Colour, PixelsAndMeans) {
         alignas(64) std::int32_t pixels[kVoxels], expected_pixels[kVoxels];
         find_pixels(list, count, frame, base, pixels);
         scalar::find_pixels(list, count, frame, base, expected_pixels);
-        ASSERT_EQ(std::memcmp(pixels, expected_pixels, sizeof(std::int32_t) * ((count + 15) & ~15)), 0) << round;
+        ASSERT_EQ(std::memcmp(pixels, expected_pixels, sizeof(std::int32_t) * ((count + 15) & ~15)), 0)
+            << round;
         for (int k = 0; k < count; ++k) outside += pixels[k] < 0;
         ASSERT_EQ(fuse_colours(list, count, frame, pixels, got),
                   scalar::fuse_colours(list, count, frame, pixels, expected));

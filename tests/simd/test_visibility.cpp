@@ -49,7 +49,8 @@ TEST_P(Visibility, BoxesOfChunks) {
         const auto* a = reinterpret_cast<const float*>(&got);
         const auto* b = reinterpret_cast<const float*>(&expected);
         for (std::size_t i = 0; i < sizeof got / sizeof(float); ++i)
-            ASSERT_TRUE(std::memcmp(a + i, b + i, sizeof(float)) == 0 || (std::isnan(a[i]) && std::isnan(b[i])))
+            ASSERT_TRUE(std::memcmp(a + i, b + i, sizeof(float)) == 0 ||
+                        (std::isnan(a[i]) && std::isnan(b[i])))
                 << round << " word " << i << ": " << a[i] << ", expected " << b[i];
     }
 }

@@ -159,8 +159,7 @@ TEST(Depth, RangesNeverMissADepth) {
         for (int box = 0; box < 200; ++box) {
             const int x0 = rng.below(width + 40) - 20, y0 = rng.below(height + 40) - 20;
             const int x1 = x0 + rng.below(box % 2 ? 12 : width), y1 = y0 + rng.below(box % 2 ? 12 : height);
-            const DepthRange got = ranges.over(x0, y0, x1, y1),
-                             truth = brute_force(image, x0, y0, x1, y1);
+            const DepthRange got = ranges.over(x0, y0, x1, y1), truth = brute_force(image, x0, y0, x1, y1);
             if (truth.largest == 0) continue;
             ASSERT_GT(got.largest, 0);
             ASSERT_LE(got.least, truth.least) << x0 << ' ' << y0 << ' ' << x1 << ' ' << y1;
@@ -168,8 +167,7 @@ TEST(Depth, RangesNeverMissADepth) {
             exact += got.least == truth.least && got.largest == truth.largest;
             ++all;
         }
-        const DepthRange whole = ranges.all(),
-                         truth = brute_force(image, 0, 0, width - 1, height - 1);
+        const DepthRange whole = ranges.all(), truth = brute_force(image, 0, 0, width - 1, height - 1);
         EXPECT_EQ(whole.least, truth.least);
         EXPECT_EQ(whole.largest, truth.largest);
     }

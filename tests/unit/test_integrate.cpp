@@ -56,8 +56,8 @@ class Reference {
     double along(const DepthImage& image, Vec3i chunk, const Se3& T_camera_world) const {
         if (config_.truncation_along != BURIN_TRUNCATION_ALONG_RAY) return 1;
         const double side = 8 * static_cast<double>(config_.voxel_m);
-        const Vec3d p = T_camera_world *
-                        Vec3d{(chunk.x + 0.5) * side, (chunk.y + 0.5) * side, (chunk.z + 0.5) * side};
+        const Vec3d p =
+            T_camera_world * Vec3d{(chunk.x + 0.5) * side, (chunk.y + 0.5) * side, (chunk.z + 0.5) * side};
         const double z = std::max(p.z, 1e-6);
         const Camera& c = image.camera;
         const double x = (std::clamp(c.fx * p.x / z + c.cx, 0.0, image.width - 1.0) - c.cx) / c.fx;
