@@ -22,9 +22,9 @@ ChunkBlock::ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, in
                 const std::uint32_t slot = neighbours_.slot[(dz + 1) * 9 + (dy + 1) * 3 + dx + 1];
                 for (int z = z0; z < z1; ++z)
                     for (int y = y0; y < y1; ++y) {
-                        std::int16_t* out = sdf_ + index(8 * dx, y, z);
+                        std::int16_t* out = sdf_ + index(dx < 0 ? -1 : 8 * dx, y, z);
                         if (slot == kNoChunk) {
-                            if (dx < 0) out[7] = simd::kUnseen;
+                            if (dx < 0) out[0] = simd::kUnseen;
                             if (dx == 0) std::fill_n(out, 8, simd::kUnseen);
                             if (dx > 0) out[0] = out[1] = simd::kUnseen;
                             continue;
@@ -32,7 +32,7 @@ ChunkBlock::ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, in
                         const ChunkGeometry& g = volume.geometry(slot);
                         const int row = Neighbourhood::voxel(0, y, z);
                         if (dx < 0) {
-                            out[7] = value(g, row + 7);
+                            out[0] = value(g, row + 7);
                         } else if (dx == 0) {
                             for (int x = 0; x < 8; ++x) out[x] = value(g, row + x);
                         } else {
