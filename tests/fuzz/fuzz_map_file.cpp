@@ -64,7 +64,8 @@ void load(Fixture& f, const std::vector<std::uint8_t>& bytes) {
     std::vector<std::uint32_t> triangles(3 * kMaxChunkTriangles);
     for (std::uint32_t slot = 0; slot < volume.live(); ++slot) {
         const MeshCounts counts =
-            mesh_chunk(volume, slot, {0.5f, 1e9f}, {positions.data(), nullptr, nullptr, triangles.data()});
+            mesh_chunk(volume, Neighbourhood(volume, unpack_key(volume.key(slot))), {0.5f, 1e9f},
+                       {positions.data(), nullptr, nullptr, triangles.data()});
         fuzz::check(counts.vertices <= kMaxChunkVertices && counts.triangles <= kMaxChunkTriangles);
     }
 }
