@@ -35,10 +35,11 @@ static void upload(burin_chunk_key key, const burin_mesh_buffers* mesh) {
     drawn[i].triangles = mesh->triangle_count;
 }
 
-/* Meshes up to `most` dirty chunks; how many there were, or -1. */
-static long stream(burin_map map, burin_mesh_buffers* mesh, uint64_t most) {
+/* Meshes up to `most` of the chunks that changed; how many there were, or -1. */
+static long stream(burin_map map, const burin_change_options* changes, burin_mesh_buffers* mesh,
+                   uint64_t most) {
     uint64_t count = 0, i;
-    if (burin_dirty_chunks(map, keys, MAX_KEYS, &count) != BURIN_OK) return -1;
+    if (burin_changed_chunks(map, changes, keys, MAX_KEYS, &count) != BURIN_OK) return -1;
     for (i = 0; i < count && i < most; ++i) {
         if (burin_chunk_mesh(map, keys[i], NULL, mesh) != BURIN_OK) return -1;
         upload(keys[i], mesh);
@@ -53,6 +54,7 @@ int main(void) {
     static uint32_t triangles[3 * 2560];
     const burin_config config = room_config(64u << 20);
     burin_mesh_buffers mesh;
+    burin_change_options every;
     burin_map map = {0, 0};
     uint64_t bytes = 0, sum = 0, vertices = 0, whole = 0;
     void* raw;
@@ -79,13 +81,16 @@ int main(void) {
         burin_frame_result result;
         long dirty;
         failed = burin_integrate(map, &frame, &result) != BURIN_OK;
-        dirty = failed ? -1 : stream(map, &mesh, CHUNKS_PER_FRAME);
+        dirty = failed ? -1 : stream(map, NULL, &mesh, CHUNKS_PER_FRAME);
         failed = dirty < 0;
         if (k % 8 == 0)
             printf("frame %2d: %u chunks fused, %ld to draw anew\n", k, (unsigned)result.chunks_fused, dirty);
     }
-    /* The camera rests: what is still dirty follows. */
-    failed = failed || stream(map, &mesh, MAX_KEYS) < 0;
+    /* The camera rests: whatever differs at all follows. */
+    every = burin_change_options_default();
+    every.threshold_voxels = 0;
+    every.interval = 1;
+    failed = failed || stream(map, &every, &mesh, MAX_KEYS) < 0;
     failed = failed || burin_mesh_size(map, NULL, &vertices, &whole) != BURIN_OK;
     if (failed) fprintf(stderr, "failed: %s\n", burin_last_error(map));
 

@@ -158,12 +158,13 @@ class Map {
         burin_mesh_buffers buffers = out.buffers(vertices, triangles);
         return burin_mesh(map_, &options, &buffers);
     }
-    [[nodiscard]] burin_status dirty_chunks(Array<burin_chunk_key>& keys) {
+    [[nodiscard]] burin_status changed_chunks(
+        Array<burin_chunk_key>& keys, const burin_change_options& options = burin_change_options_default()) {
         std::uint64_t count = 0;
-        burin_status status = burin_dirty_chunks(map_, nullptr, 0, &count);
+        burin_status status = burin_changed_chunks(map_, &options, nullptr, 0, &count);
         if (status != BURIN_OK && status != BURIN_INSUFFICIENT_MEMORY) return status;
         if (!keys.resize(count)) return BURIN_INSUFFICIENT_MEMORY;
-        return burin_dirty_chunks(map_, keys.data(), count, &count);
+        return burin_changed_chunks(map_, &options, keys.data(), count, &count);
     }
     [[nodiscard]] burin_status chunk_mesh(burin_chunk_key key, Mesh& out,
                                           const burin_mesh_options& options = burin_mesh_options_default()) {

@@ -41,8 +41,8 @@ struct ProjectedChunk {
     bool far;       // all voxels lie farther than 32768 units
     bool inside;    // far, and all voxels fall into the image
     bool small;     // far, and no voxel of a block falls farther than kWindowReach pixels (in u or in v) from
-                 // where the block's middle does
-    float along;  // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
+                    // where the block's middle does
+    float along;    // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
 };
 inline constexpr float kWindowReach = 3.45f;  // 8x8 pixels around the middle hold a block, rounding included
 

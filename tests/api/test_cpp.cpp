@@ -47,7 +47,13 @@ TEST_F(Cpp, TheSameAsInC) {
     EXPECT_EQ(in_17, triangles);
 
     Array<burin_chunk_key> keys;
-    ASSERT_EQ(map.dirty_chunks(keys), BURIN_OK);
+    burin_change_options every = burin_change_options_default();
+    every.threshold_voxels = 0;
+    every.interval = 1;
+    ASSERT_EQ(map.changed_chunks(keys), BURIN_OK);
+    EXPECT_GT(keys.size(), 0u);
+    EXPECT_LE(keys.size(), result.chunks_new);
+    ASSERT_EQ(map.changed_chunks(keys, every), BURIN_OK);
     EXPECT_EQ(keys.size(), result.chunks_new);
     std::uint64_t sum = 0;
     Mesh part;
@@ -56,7 +62,7 @@ TEST_F(Cpp, TheSameAsInC) {
         sum += part.triangle_count();
     }
     EXPECT_EQ(sum, triangles);
-    ASSERT_EQ(map.dirty_chunks(keys), BURIN_OK);
+    ASSERT_EQ(map.changed_chunks(keys, every), BURIN_OK);
     EXPECT_TRUE(keys.empty());
 
     ASSERT_EQ(mesh.remove_small(triangles + 1), BURIN_OK);
