@@ -65,19 +65,6 @@ int SelectVoxels(const std::int16_t* HWY_RESTRICT distances, std::int16_t band,
     return count;
 }
 
-// Whole numbers of 0 <= v < 2^31, rounded down.
-HWY_INLINE hn::Vec<DI> TruncateInRange(hn::Vec<DF> v) {
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    return hn::Vec<DI>{_mm512_cvttps_epi32(v.raw)};
-#elif HWY_TARGET == HWY_AVX2
-    return hn::Vec<DI>{_mm256_cvttps_epi32(v.raw)};
-#elif HWY_TARGET == HWY_SSE4
-    return hn::Vec<DI>{_mm_cvttps_epi32(v.raw)};
-#else
-    return hn::ConvertTo(DI(), v);
-#endif
-}
-
 HWY_INLINE void Distort(const ColourFrame& frame, hn::Vec<DF>* u, hn::Vec<DF>* v) {
     const DF df;
     const auto one = hn::Set(df, 1.0f), two = hn::Set(df, 2.0f);

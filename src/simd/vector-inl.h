@@ -41,6 +41,19 @@ HWY_INLINE hn::Vec<DI> RoundInRange(hn::Vec<DF> v) {
 #endif
 }
 
+// Whole numbers of 0 <= v < 2^31, rounded down.
+HWY_INLINE hn::Vec<DI> TruncateInRange(hn::Vec<DF> v) {
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+    return hn::Vec<DI>{_mm512_cvttps_epi32(v.raw)};
+#elif HWY_TARGET == HWY_AVX2
+    return hn::Vec<DI>{_mm256_cvttps_epi32(v.raw)};
+#elif HWY_TARGET == HWY_SSE4
+    return hn::Vec<DI>{_mm_cvttps_epi32(v.raw)};
+#else
+    return hn::ConvertTo(DI(), v);
+#endif
+}
+
 #undef BURIN_HAVE_PACK
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
 #define BURIN_HAVE_PACK 1
