@@ -18,6 +18,8 @@ inline constexpr std::uint32_t kNoChunk = 0xffffffffu;
 enum : std::uint8_t {
     kChunkDirty = 1,  // changed, and its neighbours have not been told
     kChunkStale = 2,  // its mesh may differ from the one last extracted
+    kChunkSaved = 4,  // the store has these very bytes
+    kChunkPinned = 8,  // must stay where it is while others are evicted
 };
 
 struct VolumeShape {
@@ -46,7 +48,10 @@ class Volume {
     // A new chunk, all voxels unobserved and dirty, or kNoChunk when the pool is full. `key` must be absent.
     std::uint32_t insert(ChunkKey key);
 
-    // Slots 0..live()-1 are in use, in order of insertion.
+    // Takes a chunk out. The last slot's chunk moves into its place, so that slots 0..live()-1 stay in use.
+    void remove(std::uint32_t slot);
+
+    // Slots 0..live()-1 are in use, in order of insertion while nothing is removed.
     ChunkKey key(std::uint32_t slot) const { return keys_[slot]; }
     ChunkGeometry& geometry(std::uint32_t slot) { return geometry_[slot]; }
     const ChunkGeometry& geometry(std::uint32_t slot) const { return geometry_[slot]; }
@@ -65,6 +70,7 @@ class Volume {
 
     // The largest count of readings of a voxel's colour.
     std::uint8_t& colour_readings(std::uint32_t slot) { return colour_readings_[slot]; }
+    std::uint8_t colour_readings(std::uint32_t slot) const { return colour_readings_[slot]; }
 
     // Slots in ascending key order, written to out[0..live()-1].
     void sorted_slots(std::uint32_t* out) const;
@@ -83,6 +89,7 @@ class Volume {
     std::uint32_t home(ChunkKey key) const {
         return static_cast<std::uint32_t>((mix64(key) >> 32) * table_size_ >> 32);
     }
+    std::uint32_t entry_of(ChunkKey key) const;  // the key must be there
     std::uint32_t after(std::uint32_t i) const { return i + 1 == table_size_ ? 0 : i + 1; }
 
     struct Entry {
