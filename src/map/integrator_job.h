@@ -25,6 +25,8 @@ struct Integrator::Job {
     simd::ColourFrame colour;
     std::int16_t colour_band;  // voxels with |distance| up to this take colour
     Projector colour_projector;
+    Vec3i camera;         // the chunk that it is in
+    ChunkStore* store;
 };
 
 // A relative error of sums of four products in single precision is below 16 of its steps.

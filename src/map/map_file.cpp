@@ -68,19 +68,20 @@ class File {  // closes itself
 
 }  // namespace
 
-Status save_map(const Volume& volume, MapFileHead head, const char* path, std::uint32_t* scratch) {
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path) {
     std::memcpy(head.magic, kMagic, sizeof kMagic);
     head.version = kMapFileVersion;
     head.byte_order = kByteOrder;
-    head.has_colour = volume.has_colour();
-    head.voxel_m = volume.shape().voxel_m;
-    head.truncation_m = volume.shape().truncation_m;
-    head.chunks = volume.live();
-    head.map_hash = volume.hash(scratch);  // also leaves the slots in key order in scratch
+    head.has_colour = shape.colour;
+    head.voxel_m = shape.voxel_m;
+    head.truncation_m = shape.truncation_m;
+    head.chunks = chunks.count();
+    head.map_hash = chunks.hash();
     head.unused = 0;
     head.index_hash = 0;
-    for (std::uint32_t i = 0; i < head.chunks; ++i) {
-        const IndexEntry entry = {volume.key(scratch[i]), volume.chunk_hash(scratch[i])};
+    ChunkSource::Chunk chunk;
+    for (chunks.rewind(); chunks.next(&chunk, false);) {
+        const IndexEntry entry = {chunk.key, chunk.checksum};
         head.index_hash = hash_bytes(&entry, sizeof entry, head.index_hash);
     }
     head.head_hash = digest_of(head);
@@ -90,16 +91,20 @@ Status save_map(const Volume& volume, MapFileHead head, const char* path, std::u
     BURIN_TRY(file.open(path));
     BURIN_TRY(file.write(&head, sizeof head));
     BURIN_TRY(file.write(kZeros, kMapFilePage - sizeof head));
-    for (std::uint32_t i = 0; i < head.chunks; ++i) {
-        const IndexEntry entry = {volume.key(scratch[i]), volume.chunk_hash(scratch[i])};
+    for (chunks.rewind(); chunks.next(&chunk, false);) {
+        const IndexEntry entry = {chunk.key, chunk.checksum};
         BURIN_TRY(file.write(&entry, sizeof entry));
     }
     BURIN_TRY(file.write(kZeros, index_bytes(head.chunks) - std::uint64_t{head.chunks} * sizeof(IndexEntry)));
-    for (std::uint32_t i = 0; i < head.chunks; ++i)
-        BURIN_TRY(file.write(&volume.geometry(scratch[i]), sizeof(ChunkGeometry)));
-    if (volume.has_colour())
-        for (std::uint32_t i = 0; i < head.chunks; ++i)
-            BURIN_TRY(file.write(&volume.colour(scratch[i]), sizeof(ChunkColour)));
+    for (const bool colour : {false, true}) {
+        if (colour && !shape.colour) continue;
+        std::uint32_t written = 0;
+        for (chunks.rewind(); chunks.next(&chunk, true); ++written)
+            BURIN_TRY(colour ? file.write(chunk.colour, sizeof *chunk.colour)
+                             : file.write(chunk.geometry, sizeof *chunk.geometry));
+        if (written != head.chunks)
+            return Status::error(Code::io, "%s: cannot write the map: a chunk in the store is unreadable", path);
+    }
     return file.commit(true);
 }
 

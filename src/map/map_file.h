@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "core/status.h"
+#include "map/chunk_source.h"
 #include "map/volume.h"
 
 namespace burin {
@@ -32,9 +33,8 @@ struct MapFileHead {
 };
 static_assert(sizeof(MapFileHead) <= kMapFilePage);
 
-// Writes volume to `path` (through `path`.part). scratch: volume.live() entries. `head` gives frames and
-// config; the rest is filled in.
-Status save_map(const Volume& volume, MapFileHead head, const char* path, std::uint32_t* scratch);
+// Writes a map of this shape to `path` (through `path`.part). `head` gives frames and config; the rest is filled in.
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path);
 
 // Reads and checks the head only. The size of the file must be what the head demands.
 Status read_map_head(const char* path, MapFileHead* head);

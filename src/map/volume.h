@@ -61,6 +61,10 @@ class Volume {
 
     std::uint8_t& flags(std::uint32_t slot) { return flags_[slot]; }
     std::uint8_t flags(std::uint32_t slot) const { return flags_[slot]; }
+    // Its voxels have changed.
+    void touch(std::uint32_t slot) {
+        flags_[slot] = static_cast<std::uint8_t>((flags_[slot] | kChunkDirty) & ~kChunkSaved);
+    }
     // Number of the frame that last fused or carved the chunk.
     std::uint32_t& last_seen(std::uint32_t slot) { return last_seen_[slot]; }
     std::uint32_t last_seen(std::uint32_t slot) const { return last_seen_[slot]; }
