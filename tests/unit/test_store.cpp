@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "dataset_files.h"
 #include "scene_helpers.h"
@@ -112,6 +114,105 @@ TEST(Store, WithoutAStoreAFullPoolDropsAndSaysSo) {
     for (int i = 0; i < kFrames; ++i) dropped += full.integrate(sequence().view(i)).chunks.dropped;
     EXPECT_GT(dropped, 0u);
     EXPECT_EQ(full.volume().live(), 1000u);
+}
+
+std::uint64_t api_walk(const ApiMap& map, int begin, int end) {
+    std::uint32_t flags = 0;
+    for (int i = begin; i < end; ++i) {
+        const burin_frame frame = c_frame(sequence().view(i));
+        burin_frame_result result{};
+        EXPECT_EQ(burin_integrate(map.map, &frame, &result), BURIN_OK) << burin_last_error(map.map);
+        flags |= result.flags;
+    }
+    EXPECT_EQ(flags, 0u);
+    return map.hash();
+}
+using Triangles = std::multiset<std::vector<float>>;
+Triangles all_triangles(const ApiMap& map) {  // by position, chunk by chunk
+    std::uint64_t count = 0;
+    burin_chunks(map.map, nullptr, 0, &count);
+    std::vector<burin_chunk_key> keys(count);
+    EXPECT_EQ(burin_chunks(map.map, keys.data(), count, &count), BURIN_OK);
+    Triangles all;
+    std::vector<float> p(3 * 1944);
+    std::vector<std::uint32_t> t(3 * 2560);
+    for (const burin_chunk_key& key : keys) {
+        burin_mesh_buffers mesh{1944, 2560, p.data(), nullptr, nullptr, t.data(), 0, 0};
+        EXPECT_EQ(burin_chunk_mesh(map.map, key, nullptr, &mesh), BURIN_OK);
+        for (std::uint64_t i = 0; i < mesh.triangle_count; ++i) {
+            std::vector<float> corners;
+            for (std::uint64_t k = 3 * i; k < 3 * i + 3; ++k)
+                corners.insert(corners.end(), &p[3 * t[k]], &p[3 * t[k]] + 3);
+            all.insert(corners);
+        }
+    }
+    return all;
+}
+
+// The same through the C interface: saving, listing, meshing, stopping and going on, resetting.
+TEST(Store, TheWholeMapIsSavedMeshedAndResumed) {
+    const TempFolder folder;
+    burin_config config = config_of(true, 1);
+    const ApiMap large(config);
+    EXPECT_EQ(burin_store_commit(large.map), BURIN_STATE);
+    api_walk(large, 0, kFrames);
+    ASSERT_EQ(large.hash(), large_hash(true));
+
+    config.budget_bytes = 8u << 20;
+    const std::string path = folder.path("store");
+    {
+        const ApiMap small(config);
+        EXPECT_EQ(burin_store_open(small.map, path.c_str(), 2), BURIN_INVALID_ARGUMENT);
+        EXPECT_EQ(burin_store_open(small.map, nullptr, 0), BURIN_INVALID_ARGUMENT);
+        ASSERT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_NEW), BURIN_OK);
+        EXPECT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_NEW), BURIN_STATE);
+        api_walk(small, 60, 80);
+        ASSERT_EQ(burin_store_commit(small.map), BURIN_OK);
+        ASSERT_EQ(burin_reset(small.map), BURIN_OK);
+        EXPECT_EQ(small.stats().chunks_stored + small.stats().chunks_live, 0u);
+        api_walk(small, 0, 50);
+        ASSERT_EQ(burin_store_commit(small.map), BURIN_OK);
+        api_walk(small, 50, 55);  // lost
+    }
+    const ApiMap small(config);
+    ASSERT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_RESUME), BURIN_OK) << burin_last_error(small.map);
+    EXPECT_EQ(small.stats().frames, 50u);
+    EXPECT_EQ(small.stats().chunks_live, 0u);
+    EXPECT_EQ(api_walk(small, 50, kFrames), large.hash());
+    EXPECT_GT(small.stats().chunks_stored, 500u);
+    EXPECT_EQ(small.stats().chunks_live + small.stats().chunks_stored, large.stats().chunks_live);
+    for (int r = 0; r < 3; ++r) {
+        EXPECT_EQ(small.stats().bounds_min_m[r], large.stats().bounds_min_m[r]);
+        EXPECT_EQ(small.stats().bounds_max_m[r], large.stats().bounds_max_m[r]);
+    }
+    // The files differ in the configuration alone, in the head.
+    ASSERT_EQ(burin_save(small.map, folder.path("small").c_str()), BURIN_OK) << burin_last_error(small.map);
+    ASSERT_EQ(burin_save(large.map, folder.path("large").c_str()), BURIN_OK);
+    EXPECT_EQ(read_bytes(folder.path("small")).substr(4096), read_bytes(folder.path("large")).substr(4096));
+    const ApiMap loaded(config_of(true, 1));
+    ASSERT_EQ(burin_load(loaded.map, folder.path("small").c_str()), BURIN_OK) << burin_last_error(loaded.map);
+    EXPECT_EQ(loaded.hash(), large.hash());
+    const Triangles expected = all_triangles(large);
+    EXPECT_GT(expected.size(), 10000u);
+    EXPECT_TRUE(all_triangles(small) == expected);
+    EXPECT_EQ(small.hash(), large.hash());
+}
+
+TEST(Store, NeedsRoomInTheBudget) {
+    const TempFolder folder;
+    burin_config config = test_config();
+    std::uint64_t without = 0, with = 0;
+    ASSERT_EQ(burin_bytes(&config, &without), BURIN_OK);
+    const ApiMap none(config);
+    EXPECT_EQ(burin_store_open(none.map, folder.path("store").c_str(), BURIN_STORE_NEW), BURIN_STATE);
+    EXPECT_FALSE(fs::exists(folder.path("store")));
+    config.store_chunks = 50000;
+    ASSERT_EQ(burin_bytes(&config, &with), BURIN_OK);
+    EXPECT_LE(with, config.budget_bytes);
+    const ApiMap some(config);
+    EXPECT_LT(some.stats().chunks_capacity, none.stats().chunks_capacity);
+    config.store_chunks = 1u << 28;
+    EXPECT_EQ(burin_bytes(&config, &with), BURIN_INVALID_ARGUMENT);
 }
 
 }  // namespace
