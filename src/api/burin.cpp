@@ -154,14 +154,8 @@ burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_fram
         if (r.store_full) flags |= BURIN_FLAG_STORE_FULL;
         if (r.store_failed) flags |= BURIN_FLAG_STORE_FAILED;
         if (result)
-            *result = {flags,
-                       r.chunks.fused,
-                       r.chunks.added,
-                       r.chunks.carved,
-                       r.chunks.dropped,
-                       r.valid_pixels,
-                       r.depth_ms,
-                       r.integrate_ms};
+            *result = {flags,          r.chunks.fused, r.chunks.added, r.chunks.carved, r.chunks.dropped,
+                       r.valid_pixels, r.depth_ms,     r.integrate_ms};
         return {};
     });
 }

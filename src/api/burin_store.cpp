@@ -16,8 +16,8 @@ burin_status burin_store_open(burin_map map, const char* path, uint32_t mode) {
         if (mode > BURIN_STORE_RESUME)
             return Status::error(Code::invalid_argument, "store mode is %u, expected 0 or 1", mode);
         if (state.config.store_chunks == 0)
-            return Status::error(Code::state, "%s: the configuration's store_chunks is 0, expected room for a store",
-                                 path);
+            return Status::error(
+                Code::state, "%s: the configuration's store_chunks is 0, expected room for a store", path);
         if (state.session.store().is_open())
             return Status::error(Code::state, "%s: the map has a store already", path);
         if (mode == BURIN_STORE_RESUME) return state.session.resume_store(path);
@@ -44,7 +44,8 @@ burin_status burin_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacit
             capacity);
         if (*count <= capacity) return {};
         return Status::error(Code::insufficient_memory, "room for %llu keys, %llu are needed",
-                             static_cast<unsigned long long>(capacity), static_cast<unsigned long long>(*count));
+                             static_cast<unsigned long long>(capacity),
+                             static_cast<unsigned long long>(*count));
     });
 }
 

@@ -141,8 +141,9 @@ void MapOptions::add_to(CLI::App& app) {
     app.add_flag("--no-colour", no_colour, "geometry only");
     app.add_option("--threads", config.threads, "worker threads")->capture_default_str();
     app.add_option("--budget", budget, "bytes for the map, e.g. 64MiB")->capture_default_str();
-    app.add_option("--store-chunks", config.store_chunks,
-                   "chunks that a store may know, 36 bytes of the budget each (with --store: an eighth of it)");
+    app.add_option(
+        "--store-chunks", config.store_chunks,
+        "chunks that a store may know, 36 bytes of the budget each (with --store: an eighth of it)");
 }
 
 Status MapOptions::finish() {

@@ -181,18 +181,21 @@ Status open_store(const FuseOptions& o, burin_map map) {
     std::error_code ignored;
     if (!o.store_resume && std::filesystem::exists(o.store, ignored))
         return Status::error(Code::invalid_argument,
-                             "--store: %s exists; --store-resume goes on from its last commit", o.store.c_str());
+                             "--store: %s exists; --store-resume goes on from its last commit",
+                             o.store.c_str());
     const std::uint32_t mode = o.store_resume ? BURIN_STORE_RESUME : BURIN_STORE_NEW;
     return status_of(burin_store_open(map, o.store.c_str(), mode), map);
 }
 
-// Commits at the end; a disk that refuses is told and is no failure of the run, whose results are yet to be written.
+// Commits at the end; a disk that refuses is told and is no failure of the run, whose results are yet to be
+// written.
 void end_store(const FuseOptions& o, burin_map map, const Totals& totals) {
     const Status committed = status_of(burin_store_commit(map), map);
     if (!committed.ok())
         std::fprintf(stderr, "burin: %s; the store stays at its last commit\n", committed.text());
     else if (totals.store_flags & BURIN_FLAG_STORE_FULL)
-        std::fprintf(stderr, "burin: %s: the store was full; more room on its disk, or --store-chunks (now %u)\n",
+        std::fprintf(stderr,
+                     "burin: %s: the store was full; more room on its disk, or --store-chunks (now %u)\n",
                      o.store.c_str(), o.map.config.store_chunks);
 }
 
@@ -255,8 +258,7 @@ int run(FuseOptions& o) {
     burin_stats(map.get(), &stats);
     const Status meshed = stats.chunks_stored > 0 ? extract_stored_mesh(map.get(), o.mesh, &mesh)
                                                   : extract_mesh(map.get(), o.mesh, &mesh);
-    if (const Status& status = meshed; !status.ok())
-        return complain_output(status);
+    if (const Status& status = meshed; !status.ok()) return complain_output(status);
     if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
     if (o.map.no_colour) mesh.colours.clear();
 

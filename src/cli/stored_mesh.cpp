@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The mesh of a map that is larger than its memory. Chunks come back from the store one after another, in key order.
+// The mesh of a map that is larger than its memory. Chunks come back from the store one after another, in key
+// order.
 #include <array>
 #include <cstring>
 #include <unordered_map>
@@ -35,13 +36,14 @@ Status extract_stored_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* 
     std::unordered_map<std::array<std::uint32_t, 3>, std::uint32_t, HashPosition> known;
     *mesh = {};
     for (const burin_chunk_key& key : keys) {
-        burin_mesh_buffers part = {kVertices,      kTriangles,       positions.data(), normals.data(),
-                                   colours.data(), triangles.data(), 0,                0};
+        burin_mesh_buffers part = {
+            kVertices, kTriangles, positions.data(), normals.data(), colours.data(), triangles.data(), 0, 0};
         BURIN_TRY(status_of(burin_chunk_mesh(map, key, &flags.options, &part), map));
         for (std::uint64_t v = 0; v < part.vertex_count; ++v) {
             std::array<std::uint32_t, 3> bits;
             std::memcpy(bits.data(), &positions[3 * v], sizeof bits);
-            const auto [at, fresh] = known.try_emplace(bits, static_cast<std::uint32_t>(mesh->positions.size()));
+            const auto [at, fresh] =
+                known.try_emplace(bits, static_cast<std::uint32_t>(mesh->positions.size()));
             index[v] = at->second;
             if (!fresh) continue;
             mesh->positions.push_back({positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]});

@@ -73,14 +73,15 @@ std::uint32_t Integrator::carve_slots(const Job& job, const std::uint32_t* slots
     return carved;
 }
 
-// The chunks in the store that this frame carves come back for it. No others are read: whether a chunk is carved
-// follows from its place alone.
+// The chunks in the store that this frame carves come back for it. No others are read: whether a chunk is
+// carved follows from its place alone.
 void Integrator::carve_away(Job& job, IntegrationCounts& counts) {
     ChunkStore& store = *job.store;
     if (store.away() == 0) return;
     // Farther from the camera's chunk than this along an axis there is no free voxel: rays end before.
     const Camera& c = job.image.camera;
-    const double widest = 1 + std::max(c.cx, c.width - c.cx) / c.fx, highest = 1 + std::max(c.cy, c.height - c.cy) / c.fy;
+    const double widest = 1 + std::max(c.cx, c.width - c.cx) / c.fx,
+                 highest = 1 + std::max(c.cy, c.height - c.cy) / c.fy;
     const double chunk_m = static_cast<double>(job.volume.voxel_m()) * kChunkSide;
     const auto farthest = static_cast<std::int32_t>(
         std::min(static_cast<double>(job.image.farthest_m) * (widest + highest) / chunk_m, 1e6) + 3);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the chunks of the store lie: an open-addressing hash of fixed size from key to place, 36 bytes a chunk.
+// Where the chunks of the store lie: an open-addressing hash of fixed size from key to place, 36 bytes a
+// chunk.
 #pragma once
 
 #include <cstddef>

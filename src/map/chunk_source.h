@@ -21,7 +21,8 @@ class ChunkSource {
     };
     virtual std::uint32_t count() const = 0;
     virtual void rewind() = 0;
-    // The next chunk; with_voxels: also its bytes, valid until the next call. False: the end, or it is unreadable.
+    // The next chunk; with_voxels: also its bytes, valid until the next call. False: the end, or it is
+    // unreadable.
     virtual bool next(Chunk* chunk, bool with_voxels) = 0;
     // Volume::hash over all.
     std::uint64_t hash();

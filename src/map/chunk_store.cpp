@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::uint8_t kKeptFlags = kChunkDirty | kChunkStale;
 
-// Chunks that leave at one time, since finding them takes a walk over all: at most this many (1 MiB), and at most a
-// sixteenth of the pool.
+// Chunks that leave at one time, since finding them takes a walk over all: at most this many (1 MiB), and at
+// most a sixteenth of the pool.
 constexpr std::uint32_t kEvictAtOnce = 256;
 
 // Distances from the view are sorted into so many bins of one chunk.
@@ -38,7 +38,8 @@ void ChunkStore::clear() {
     full_ = unreadable_ = false;
 }
 
-// --------------------------------------------------------------------------------------------- opening and closing
+// --------------------------------------------------------------------------------------------- opening and
+// closing
 
 Status ChunkStore::create(const char* path, StoreHead head) {
     BURIN_TRY(file_.create(path));
@@ -72,11 +73,12 @@ Status ChunkStore::attach(StoreIo* io, bool fresh, StoreHead head, const char* n
         BURIN_TRY(read_store_head(*io, name_, &head));
         if (head.voxel_m != shape_.voxel_m || head.truncation_m != shape_.truncation_m ||
             (head.has_colour != 0) != shape_.colour)
-            return Status::error(Code::invalid_argument,
-                                 "%s: store of voxel %g m, truncation %g m, %s colour; this map has %g, %g, %s colour",
-                                 name_, static_cast<double>(head.voxel_m), static_cast<double>(head.truncation_m),
-                                 head.has_colour ? "with" : "without", static_cast<double>(shape_.voxel_m),
-                                 static_cast<double>(shape_.truncation_m), shape_.colour ? "with" : "without");
+            return Status::error(
+                Code::invalid_argument,
+                "%s: store of voxel %g m, truncation %g m, %s colour; this map has %g, %g, %s colour", name_,
+                static_cast<double>(head.voxel_m), static_cast<double>(head.truncation_m),
+                head.has_colour ? "with" : "without", static_cast<double>(shape_.voxel_m),
+                static_cast<double>(shape_.truncation_m), shape_.colour ? "with" : "without");
         struct Fill final : StoreVisitor {
             ChunkStore& store;
             ChunkIndex& index;
@@ -94,8 +96,9 @@ Status ChunkStore::attach(StoreIo* io, bool fresh, StoreHead head, const char* n
             Status record(const StoreRecord& r, std::uint64_t at) override {
                 ChunkIndex::Entry* entry = store.enter(r.key);
                 if (!entry)
-                    return Status::error(Code::insufficient_memory, "%s: more than the %u chunks of store_chunks",
-                                         name, index.capacity());
+                    return Status::error(Code::insufficient_memory,
+                                         "%s: more than the %u chunks of store_chunks", name,
+                                         index.capacity());
                 entry->checksum = r.checksum;
                 entry->last_seen = r.last_seen;
                 entry->place = static_cast<std::uint32_t>(at / 2048) |
@@ -106,8 +109,8 @@ Status ChunkStore::attach(StoreIo* io, bool fresh, StoreHead head, const char* n
         } fill(*this);
         Status status = recover_store(*io, head, name_, writer_.scratch(), fill, &tail);
         if (status.ok() && index_.count() != fill.expected)
-            status = Status::error(Code::format, "%s: store is damaged: %u chunks, its last commit has %llu", name_,
-                                   index_.count(), static_cast<unsigned long long>(fill.expected));
+            status = Status::error(Code::format, "%s: store is damaged: %u chunks, its last commit has %llu",
+                                   name_, index_.count(), static_cast<unsigned long long>(fill.expected));
         if (!status.ok()) {
             clear();
             return status;
@@ -127,7 +130,8 @@ void ChunkStore::close() {
     clear();
 }
 
-// ------------------------------------------------------------------------------------------------ going and coming
+// ------------------------------------------------------------------------------------------------ going and
+// coming
 
 std::uint32_t ChunkStore::distance_bin(ChunkKey key) const {
     const Vec3i d = unpack_key(key) - centre_;
@@ -276,7 +280,8 @@ std::span<const ChunkKey> ChunkStore::next_keys(const Volume& volume, ChunkKey a
     return {walk_, count};
 }
 
-// ------------------------------------------------------------------------------------------------------- commits
+// -------------------------------------------------------------------------------------------------------
+// commits
 
 Status ChunkStore::commit(Volume& volume, std::uint64_t frames) {
     if (!is_open()) return Status::error(Code::state, "no store is open");
@@ -285,8 +290,9 @@ Status ChunkStore::commit(Volume& volume, std::uint64_t frames) {
         if (save(volume, slot)) continue;
         if (const int error = writer_.error())
             return Status::error(Code::io, "%s: cannot write the store: %s", name_, std::strerror(error));
-        return Status::error(Code::insufficient_memory, "%s: the map has more than the %u chunks of store_chunks",
-                             name_, index_.capacity());
+        return Status::error(Code::insufficient_memory,
+                             "%s: the map has more than the %u chunks of store_chunks", name_,
+                             index_.capacity());
     }
     if (const int error = writer_.commit(frames, volume.live() + std::uint64_t{away_}))
         return Status::error(Code::io, "%s: cannot write the store: %s", name_, std::strerror(error));

@@ -109,7 +109,8 @@ void GroupWriter::hand_over() {
     buffer.head->forget = forget_;
     forget_ = false;
     const std::size_t used = kStorePage + buffer.chunks * store_chunk_bytes(colour_);
-    std::memset(reinterpret_cast<unsigned char*>(buffer.head) + used, 0, group_bytes(buffer.chunks, colour_) - used);
+    std::memset(reinterpret_cast<unsigned char*>(buffer.head) + used, 0,
+                group_bytes(buffer.chunks, colour_) - used);
     seal_group(buffer.head, colour_, &tail_);
     filling_ = false;
     ++filled_;
@@ -155,7 +156,8 @@ void GroupWriter::work() {
     std::unique_lock lock(mutex_);
     for (;;) {
         work_.wait(lock, [&] { return stop_ || (written_ != queued_ && (error_.load() == 0 || again_)); });
-        if (written_ == queued_ || (error_.load() != 0 && !again_)) return;  // told to stop, and nothing can be done
+        if (written_ == queued_ || (error_.load() != 0 && !again_))
+            return;  // told to stop, and nothing can be done
         const Buffer& buffer = buffers_[written_ % kBuffers];
         StoreIo* io = io_;
         lock.unlock();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Writes groups of the store on a thread of its own, through a ring of buffers in the map's memory. What has not
-// reached the file, or never will because the disk is full, can be read from the buffers.
+// Writes groups of the store on a thread of its own, through a ring of buffers in the map's memory. What has
+// not reached the file, or never will because the disk is full, can be read from the buffers.
 #pragma once
 
 #include <pthread.h>
@@ -29,7 +29,8 @@ class GroupWriter {
     void open(StoreIo* io, const StoreTail& tail);
     void close();  // forgets what is not written
 
-    // Room for one more chunk in the group being filled? Waits while the disk is behind; false when it refuses.
+    // Room for one more chunk in the group being filled? Waits while the disk is behind; false when it
+    // refuses.
     bool ready();
     // Copies the chunk into the group being filled (ready() was true) and tells where it will lie.
     std::uint64_t append(const StoreRecord& record, const ChunkGeometry& geometry, const ChunkColour* colour);
@@ -74,7 +75,8 @@ class GroupWriter {
     std::condition_variable work_, done_;
     std::uint64_t queued_ = 0, written_ = 0;  // under the mutex
     bool again_ = false, stop_ = false, running_ = false;
-    bool lost_ = false;  // a sync failed: what was written before may be gone, so that no later one means anything
+    bool lost_ =
+        false;  // a sync failed: what was written before may be gone, so that no later one means anything
     std::atomic<int> error_{0};
     pthread_t thread_{};
 };

@@ -72,15 +72,30 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             marker_.origin(),
             {},
             volume.has_colour() && !frame.colour.empty(),
-            {frame.colour.data, frame.colour.width, frame.colour.height, frame.colour.stride, cc.distorted(),
-             static_cast<float>(cc.fx), static_cast<float>(cc.fy), static_cast<float>(cc.cx),
-             static_cast<float>(cc.cy), static_cast<float>(cc.k1), static_cast<float>(cc.k2),
-             static_cast<float>(cc.p1), static_cast<float>(cc.p2), static_cast<float>(cc.k3), {}, {}, {},
+            {frame.colour.data,
+             frame.colour.width,
+             frame.colour.height,
+             frame.colour.stride,
+             cc.distorted(),
+             static_cast<float>(cc.fx),
+             static_cast<float>(cc.fy),
+             static_cast<float>(cc.cx),
+             static_cast<float>(cc.cy),
+             static_cast<float>(cc.k1),
+             static_cast<float>(cc.k2),
+             static_cast<float>(cc.p1),
+             static_cast<float>(cc.p2),
+             static_cast<float>(cc.k3),
+             {},
+             {},
+             {},
              frame_number},
-            // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along the
-            // ray covers slopes up to 60 degrees.
+            // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along
+            // the ray covers slopes up to 60 degrees.
             static_cast<std::int16_t>(std::min(32766.0f, 2.0f * volume.voxel_m() * units_per_m)),
-            Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m), {}, store};
+            Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m),
+            {},
+            store};
     for (int r = 0; r < 3; ++r)
         job.camera[r] = static_cast<std::int32_t>(std::floor(std::clamp(
             frame.T_world_camera.t[r] / (voxel_m * kChunkSide), -1.0 * kChunkLimit, 1.0 * kChunkLimit)));
@@ -117,16 +132,17 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
                               .touched;
     });
     if (job.store)
-        make_room(job, chosen, static_cast<std::uint32_t>(std::count_if(
-                                   touched_, touched_ + missing, [](std::uint8_t touched) { return touched != 0; })));
+        make_room(job, chosen,
+                  static_cast<std::uint32_t>(std::count_if(
+                      touched_, touched_ + missing, [](std::uint8_t touched) { return touched != 0; })));
     for (int i = 0; i < missing; ++i) {
         if (!touched_[i]) continue;
         Candidate& candidate = candidates_[missing_[i]];
         const bool away = job.store && job.store->holds(candidate.key);
         // A chunk that is away and cannot come back may not begin anew.
-        candidate.slot = !away                                           ? volume.insert(candidate.key)
+        candidate.slot = !away                                     ? volume.insert(candidate.key)
                          : volume.live() < volume.shape().capacity ? job.store->bring(volume, candidate.key)
-                                                                         : kNoChunk;
+                                                                   : kNoChunk;
         if (candidate.slot == kNoChunk)
             ++counts.dropped;
         else if (!away)

@@ -25,7 +25,7 @@ struct Integrator::Job {
     simd::ColourFrame colour;
     std::int16_t colour_band;  // voxels with |distance| up to this take colour
     Projector colour_projector;
-    Vec3i camera;         // the chunk that it is in
+    Vec3i camera;  // the chunk that it is in
     ChunkStore* store;
 };
 

@@ -103,7 +103,8 @@ Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head,
             BURIN_TRY(colour ? file.write(chunk.colour, sizeof *chunk.colour)
                              : file.write(chunk.geometry, sizeof *chunk.geometry));
         if (written != head.chunks)
-            return Status::error(Code::io, "%s: cannot write the map: a chunk in the store is unreadable", path);
+            return Status::error(Code::io, "%s: cannot write the map: a chunk in the store is unreadable",
+                                 path);
     }
     return file.commit(true);
 }

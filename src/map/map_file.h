@@ -33,7 +33,8 @@ struct MapFileHead {
 };
 static_assert(sizeof(MapFileHead) <= kMapFilePage);
 
-// Writes a map of this shape to `path` (through `path`.part). `head` gives frames and config; the rest is filled in.
+// Writes a map of this shape to `path` (through `path`.part). `head` gives frames and config; the rest is
+// filled in.
 Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path);
 
 // Reads and checks the head only. The size of the file must be what the head demands.

@@ -22,7 +22,9 @@ Status damaged(const char* name, const char* what, std::uint64_t at) {
                          static_cast<unsigned long long>(at));
 }
 
-std::uint64_t digest_of(const GroupHead& group) { return hash_bytes(&group, offsetof(GroupHead, group_hash)); }
+std::uint64_t digest_of(const GroupHead& group) {
+    return hash_bytes(&group, offsetof(GroupHead, group_hash));
+}
 std::uint64_t digest_of(const StoreHead& head) { return hash_bytes(&head, offsetof(StoreHead, head_hash)); }
 
 bool whole(const GroupHead& group) {
@@ -95,17 +97,19 @@ Status read_store_head(StoreIo& io, const char* name, StoreHead* head) {
     if (head->byte_order != kByteOrder)
         return Status::error(Code::unsupported, "%s: written on a machine of the other byte order", name);
     if (head->version != kStoreVersion)
-        return Status::error(Code::unsupported, "%s: store of version %u, this library reads version %u", name,
-                             head->version, kStoreVersion);
-    if (head->head_hash != digest_of(*head)) return damaged(name, "the checksum of the head does not match", 0);
+        return Status::error(Code::unsupported, "%s: store of version %u, this library reads version %u",
+                             name, head->version, kStoreVersion);
+    if (head->head_hash != digest_of(*head))
+        return damaged(name, "the checksum of the head does not match", 0);
     if (!(head->voxel_m > 0) || !(head->truncation_m > 0) || !std::isfinite(head->voxel_m) ||
-        !std::isfinite(head->truncation_m) || head->config_bytes > sizeof head->config || head->has_colour > 1)
+        !std::isfinite(head->truncation_m) || head->config_bytes > sizeof head->config ||
+        head->has_colour > 1)
         return damaged(name, "the head holds impossible values", 0);
     return {};
 }
 
-Status recover_store(StoreIo& io, const StoreHead& head, const char* name, void* buffer, StoreVisitor& visitor,
-                     StoreTail* tail) {
+Status recover_store(StoreIo& io, const StoreHead& head, const char* name, void* buffer,
+                     StoreVisitor& visitor, StoreTail* tail) {
     const std::int64_t length = io.size();
     if (length < 0) return failed(name, "read", static_cast<int>(-length));
     const auto size = static_cast<std::uint64_t>(length);
@@ -113,11 +117,12 @@ Status recover_store(StoreIo& io, const StoreHead& head, const char* name, void*
     LastCommit last;
     std::uint64_t stopped = 0;
     BURIN_TRY(find_commit(io, head, name, size, group, &last, &stopped));
-    // What follows was under way when its writer died, unless a commit mark stands behind the break: then bytes that
-    // had been committed have changed.
+    // What follows was under way when its writer died, unless a commit mark stands behind the break: then
+    // bytes that had been committed have changed.
     for (std::uint64_t at = stopped; at + kStorePage <= size; at += kStorePage) {
         if (const int error = read_all(io, at, group, kStorePage)) return failed(name, "read", error);
-        if (whole(*group) && group->commit) return damaged(name, "a commit follows an unreadable group", stopped);
+        if (whole(*group) && group->commit)
+            return damaged(name, "a commit follows an unreadable group", stopped);
     }
     if (last.end == 0) return damaged(name, "there is no commit", kStorePage);
 

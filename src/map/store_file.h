@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The format of the store: a head of one page, then groups. A group is a page that describes up to 32 chunks,
-// followed by their bytes; a group that is a commit mark says that everything before it is a whole map. Append
-// only: a chunk written again leaves its old bytes behind, so that the last commit stays readable. docs/store.md.
+// followed by their bytes; a group that is a commit mark says that everything before it is a whole map.
+// Append only: a chunk written again leaves its old bytes behind, so that the last commit stays readable.
+// docs/store.md.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,8 @@ namespace burin {
 
 inline constexpr std::uint32_t kStoreVersion = 1;
 inline constexpr std::size_t kStorePage = 4096;
-inline constexpr std::uint32_t kGroupChunks = 32;  // 132 KiB with colour: a disk's bandwidth, a small part of a budget
+inline constexpr std::uint32_t kGroupChunks =
+    32;  // 132 KiB with colour: a disk's bandwidth, a small part of a budget
 
 struct StoreHead {
     char magic[8];  // "BURINSTO"
@@ -41,15 +43,15 @@ struct StoreRecord {
 };
 
 struct GroupHead {
-    char magic[8];  // "BURINGRP"
-    std::uint64_t sequence;   // 1, 2, ...
-    std::uint64_t previous;   // hash of the group before, or of the file's head
-    std::uint32_t chunks;     // records that follow; 0 in a commit mark
-    std::uint8_t commit;      // 1: a commit mark
-    std::uint8_t forget;      // 1: chunks of the groups before are no longer part of the map
+    char magic[8];           // "BURINGRP"
+    std::uint64_t sequence;  // 1, 2, ...
+    std::uint64_t previous;  // hash of the group before, or of the file's head
+    std::uint32_t chunks;    // records that follow; 0 in a commit mark
+    std::uint8_t commit;     // 1: a commit mark
+    std::uint8_t forget;     // 1: chunks of the groups before are no longer part of the map
     std::uint8_t unused[2];
-    std::uint64_t frames;     // commit: integrated so far
-    std::uint64_t map_chunks; // commit: in the whole map
+    std::uint64_t frames;      // commit: integrated so far
+    std::uint64_t map_chunks;  // commit: in the whole map
     StoreRecord records[kGroupChunks];
     unsigned char zeros[kStorePage - 48 - kGroupChunks * sizeof(StoreRecord) - 8];
     std::uint64_t group_hash;  // of everything before it
@@ -78,17 +80,17 @@ Status write_store_head(StoreIo& io, StoreHead* head, const char* name, StoreTai
 
 Status read_store_head(StoreIo& io, const char* name, StoreHead* head);
 
-// Called for every record up to the last commit, in the order they were written; `forget` before those of a group
-// that forgets. An error ends the recovery.
+// Called for every record up to the last commit, in the order they were written; `forget` before those of a
+// group that forgets. An error ends the recovery.
 struct StoreVisitor {
     virtual ~StoreVisitor() = default;
     virtual Status begin(std::uint64_t frames, std::uint64_t map_chunks) = 0;
     virtual void forget() = 0;
     virtual Status record(const StoreRecord& record, std::uint64_t at) = 0;  // at: offset of its bytes
 };
-// Finds the last commit, checks every byte before it, tells the visitor, and cuts off what follows. A file that is
-// damaged before its last commit is an error. `buffer`: group_bytes(kGroupChunks) bytes.
-Status recover_store(StoreIo& io, const StoreHead& head, const char* name, void* buffer, StoreVisitor& visitor,
-                     StoreTail* tail);
+// Finds the last commit, checks every byte before it, tells the visitor, and cuts off what follows. A file
+// that is damaged before its last commit is an error. `buffer`: group_bytes(kGroupChunks) bytes.
+Status recover_store(StoreIo& io, const StoreHead& head, const char* name, void* buffer,
+                     StoreVisitor& visitor, StoreTail* tail);
 
 }  // namespace burin

@@ -88,7 +88,8 @@ Status FileIo::publish() {
     }
     ::unlink(part_);
     unpublished_ = false;
-    // The name too must survive a power cut. Not every file system can sync a folder; then its name is as safe as any.
+    // The name too must survive a power cut. Not every file system can sync a folder; then its name is as
+    // safe as any.
     char folder[kMaxPath + 1];
     std::strcpy(folder, path_);
     char* slash = std::strrchr(folder, '/');

@@ -60,8 +60,8 @@ std::uint32_t Volume::entry_of(ChunkKey key) const {
 }
 
 void Volume::remove(std::uint32_t slot) {
-    // Deletion by backward shift (Knuth 6.4, algorithm R): whatever the search passes over the hole for moves into
-    // it, so that no tombstones lengthen later searches.
+    // Deletion by backward shift (Knuth 6.4, algorithm R): whatever the search passes over the hole for moves
+    // into it, so that no tombstones lengthen later searches.
     std::uint32_t hole = entry_of(keys_[slot]);
     for (std::uint32_t i = after(hole); table_[i].key != 0; i = after(i)) {
         const std::uint32_t start = home(table_[i].key);

@@ -16,9 +16,9 @@ inline constexpr std::uint32_t kNoChunk = 0xffffffffu;
 
 // Bits of Volume::flags.
 enum : std::uint8_t {
-    kChunkDirty = 1,  // changed, and its neighbours have not been told
-    kChunkStale = 2,  // its mesh may differ from the one last extracted
-    kChunkSaved = 4,  // the store has these very bytes
+    kChunkDirty = 1,   // changed, and its neighbours have not been told
+    kChunkStale = 2,   // its mesh may differ from the one last extracted
+    kChunkSaved = 4,   // the store has these very bytes
     kChunkPinned = 8,  // must stay where it is while others are evicted
 };
 

@@ -76,7 +76,8 @@ FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
 
 // The chunk in the middle of what a camera may see: from there, distance tells what leaves memory first.
 Vec3i FusionSession::middle_of_view(const FrameView& frame) const {
-    const Vec3d middle = frame.T_world_camera * Vec3d{0, 0, 0.5 * static_cast<double>(options_.depth.max_depth_m)};
+    const Vec3d middle =
+        frame.T_world_camera * Vec3d{0, 0, 0.5 * static_cast<double>(options_.depth.max_depth_m)};
     const double chunk_m = static_cast<double>(volume_.voxel_m()) * kChunkSide;
     Vec3i chunk;
     for (int r = 0; r < 3; ++r)

@@ -17,11 +17,12 @@ namespace {
 namespace fs = std::filesystem;
 const Camera kCamera = test_camera();
 
-// A hall of 12 x 12 m with a pillar in the middle and balls along the walls; the camera walks around the pillar
-// once and a half, so that everything is seen again after it left the pool.
+// A hall of 12 x 12 m with a pillar in the middle and balls along the walls; the camera walks around the
+// pillar once and a half, so that everything is seen again after it left the pool.
 AnalyticScene hall() {
-    AnalyticScene scene{{{{0, -1, 0}, -1.4}, {{0, 0, -1}, -6}, {{0, 0, 1}, -6}, {{-1, 0, 0}, -6}, {{1, 0, 0}, -6}},
-                        {{{0, 0, 0}, 1.5}}};
+    AnalyticScene scene{
+        {{{0, -1, 0}, -1.4}, {{0, 0, -1}, -6}, {{0, 0, 1}, -6}, {{-1, 0, 0}, -6}, {{1, 0, 0}, -6}},
+        {{{0, 0, 0}, 1.5}}};
     for (int i = 0; i < 12; ++i)
         scene.balls.push_back({{5.2 * std::cos(i * 0.52), 0.3 * (i % 3), 5.2 * std::sin(i * 0.52)}, 0.5});
     return scene;
@@ -30,7 +31,8 @@ constexpr int kFrames = 90;
 Se3 walk(int i) {
     const double a = i * (1.5 * 6.2832) / kFrames;
     const Vec3d eye{3.6 * std::cos(a), 0.1 * std::sin(3 * a), 3.6 * std::sin(a)};
-    return look_from(eye, eye + Vec3d{-std::sin(a) + 0.4 * std::cos(a), 0.15, std::cos(a) + 0.4 * std::sin(a)});
+    return look_from(eye,
+                     eye + Vec3d{-std::sin(a) + 0.4 * std::cos(a), 0.15, std::cos(a) + 0.4 * std::sin(a)});
 }
 
 struct Sequence {
@@ -175,7 +177,8 @@ TEST(Store, TheWholeMapIsSavedMeshedAndResumed) {
         api_walk(small, 50, 55);  // lost
     }
     const ApiMap small(config);
-    ASSERT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_RESUME), BURIN_OK) << burin_last_error(small.map);
+    ASSERT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_RESUME), BURIN_OK)
+        << burin_last_error(small.map);
     EXPECT_EQ(small.stats().frames, 50u);
     EXPECT_EQ(small.stats().chunks_live, 0u);
     EXPECT_EQ(api_walk(small, 50, kFrames), large.hash());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The file under the store: it opens at its last commit whatever happened to its writer, and a full disk is a state.
+// The file under the store: it opens at its last commit whatever happened to its writer, and a full disk is a
+// state.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -33,8 +34,8 @@ namespace fs = std::filesystem;
 class MemoryIo final : public StoreIo {
   public:
     std::vector<unsigned char> bytes;
-    std::uint64_t room = ~0ull;     // bytes the disk has
-    std::uint64_t life = ~0ull;     // bytes until the machine dies: nothing written later arrives
+    std::uint64_t room = ~0ull;          // bytes the disk has
+    std::uint64_t life = ~0ull;          // bytes until the machine dies: nothing written later arrives
     std::size_t most = ~std::size_t{0};  // bytes a write takes
     bool sync_fails = false, read_fails = false;
 
@@ -320,11 +321,14 @@ TEST(StoreFile, DeadAtAnyByteItOpensAtTheLastCommit) {
         ASSERT_TRUE(rig.attach(io, true).ok());
         io.most = 1 + static_cast<std::size_t>(rng.below(9000));
         io.life = rng.next() % (whole.bytes.size() - 2 * kStorePage);
-        // What the process itself still reads comes from a page cache that has everything; only the copy dies.
+        // What the process itself still reads comes from a page cache that has everything; only the copy
+        // dies.
         struct Both final : StoreIo {
             MemoryIo alive;
             MemoryIo* dying = nullptr;
-            std::int64_t read(std::uint64_t at, void* to, std::size_t n) override { return alive.read(at, to, n); }
+            std::int64_t read(std::uint64_t at, void* to, std::size_t n) override {
+                return alive.read(at, to, n);
+            }
             std::int64_t write(std::uint64_t at, const void* from, std::size_t n) override {
                 const std::int64_t put = dying->write(at, from, n);
                 alive.write(at, from, static_cast<std::size_t>(put));
@@ -358,8 +362,8 @@ TEST(StoreFile, KilledAtRandomMomentsItOpensAtTheLastCommit) {
         std::atomic<std::uint64_t> begun, done;
         std::uint64_t hashes[100000];
     };
-    auto* shared = static_cast<Shared*>(
-        mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0));
+    auto* shared = static_cast<Shared*>(mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE,
+                                             MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0));
     ASSERT_NE(shared, MAP_FAILED);
     {
         Rig rig(true);
@@ -389,7 +393,8 @@ TEST(StoreFile, KilledAtRandomMomentsItOpensAtTheLastCommit) {
         kill(child, SIGKILL);
         int result = 0;
         ASSERT_EQ(waitpid(child, &result, 0), child);
-        ASSERT_TRUE(WIFSIGNALED(result)) << "round " << round << ": the writer ended with " << WEXITSTATUS(result);
+        ASSERT_TRUE(WIFSIGNALED(result))
+            << "round " << round << ": the writer ended with " << WEXITSTATUS(result);
         Rig after(true);
         std::uint64_t frames = 0;
         const Status status = after.store.resume(path.c_str(), &frames);
@@ -448,8 +453,8 @@ TEST(StoreFile, FusionGoesOnWhenTheDiskIsFull) {
         for (int i = 0; i < 30; ++i) {
             const Camera camera = test_camera();
             const Se3 T = look_from({0, 0, 0}, {std::sin(i * 0.2), 0, std::cos(i * 0.2)});
-            const Image<float> depth = AnalyticScene{{}, {{{0, 0, 6}, 4.5}, {{6, 0, 0}, 4}, {{0, 0, -6}, 4.5}}}
-                                           .depth(camera, T);
+            const Image<float> depth =
+                AnalyticScene{{}, {{{0, 0, 6}, 4.5}, {{6, 0, 0}, 4}, {{0, 0, -6}, 4.5}}}.depth(camera, T);
             const burin_frame frame = c_frame(frame_of(depth, camera, T));
             burin_frame_result result;
             ASSERT_EQ(burin_integrate(map.map, &frame, &result), BURIN_OK) << burin_last_error(map.map);
