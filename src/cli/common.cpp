@@ -143,7 +143,7 @@ void MapOptions::add_to(CLI::App& app) {
     app.add_option("--budget", budget, "bytes for the map, e.g. 64MiB")->capture_default_str();
     app.add_option(
         "--store-chunks", config.store_chunks,
-        "chunks that a store may know, 36 bytes of the budget each (with --store: an eighth of it)");
+        "chunks that a store may know, 36 bytes of the budget each (with --store: an eighth to a quarter of it)");
 }
 
 Status MapOptions::finish() {

@@ -221,9 +221,12 @@ int run(FuseOptions& o) {
     o.map.config.max_width = static_cast<std::uint32_t>(first.depth_camera.width);
     o.map.config.max_height = static_cast<std::uint32_t>(first.depth_camera.height);
 
-    if (!o.store.empty() && o.map.config.store_chunks == 0)
-        o.map.config.store_chunks = static_cast<std::uint32_t>(
-            std::clamp<std::uint64_t>(o.map.config.budget_bytes / 8 / 36, 1024, 1u << 27));
+    // An eighth of the budget; of a small one more, since a store of few chunks would soon be full.
+    if (!o.store.empty() && o.map.config.store_chunks == 0) {
+        const std::uint64_t budget = o.map.config.budget_bytes;
+        const std::uint64_t chunks = std::max(budget / 8 / 36, std::min<std::uint64_t>(65536, budget / 4 / 36));
+        o.map.config.store_chunks = static_cast<std::uint32_t>(std::min<std::uint64_t>(chunks, 1u << 27));
+    }
     OwnedMap map;
     if (const Status status = map.create(o.map.config); !status.ok()) return complain_input(status);
     if (!o.resume.empty())

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -34,12 +35,14 @@ namespace fs = std::filesystem;
 class MemoryIo final : public StoreIo {
   public:
     std::vector<unsigned char> bytes;
-    std::uint64_t room = ~0ull;          // bytes the disk has
+    std::atomic<std::uint64_t> room{~0ull};          // bytes the disk has
     std::uint64_t life = ~0ull;          // bytes until the machine dies: nothing written later arrives
     std::size_t most = ~std::size_t{0};  // bytes a write takes
-    bool sync_fails = false, read_fails = false;
+    std::atomic<bool> sync_fails{false}, read_fails{false};
+    std::mutex mutex;  // reading and writing happen on two threads
 
     std::int64_t read(std::uint64_t at, void* to, std::size_t count) override {
+        const std::lock_guard lock(mutex);
         if (read_fails) return -EIO;
         if (at >= bytes.size()) return 0;
         count = std::min({count, bytes.size() - static_cast<std::size_t>(at), most});
@@ -47,6 +50,7 @@ class MemoryIo final : public StoreIo {
         return static_cast<std::int64_t>(count);
     }
     std::int64_t write(std::uint64_t at, const void* from, std::size_t count) override {
+        const std::lock_guard lock(mutex);
         count = std::min(count, most);
         if (at >= room) return -ENOSPC;
         count = std::min<std::uint64_t>(count, room - at);
