@@ -124,10 +124,12 @@ Status ChunkStore::attach(StoreIo* io, bool fresh, StoreHead head, const char* n
 }
 
 void ChunkStore::close() {
-    if (io_) writer_.close();
-    io_ = nullptr;
+    if (io_) {
+        writer_.close();
+        io_ = nullptr;
+        clear();
+    }
     file_.close();
-    clear();
 }
 
 // ------------------------------------------------------------------------------------------------ going and

@@ -17,6 +17,14 @@ namespace burin {
 
 class ChunkStore {
   public:
+    ChunkStore() = default;
+    ~ChunkStore() {  // what is queued still goes to the file, so the file goes last
+        close();
+        writer_.stop();
+    }
+    ChunkStore(const ChunkStore&) = delete;
+    ChunkStore& operator=(const ChunkStore&) = delete;
+
     // `chunks`: room in the index; 0: there will be no store, and nothing is allocated.
     void place(Arena& arena, const VolumeShape& shape, std::uint32_t chunks);
     void clear();                               // after place
