@@ -353,8 +353,8 @@ inline burin_frame c_frame(const FrameView& v) {
     f.depth_camera = c_camera(v.depth_camera);
     f.T_world_camera = c_pose(v.T_world_camera);
     if (v.colour.empty()) return f;
-    f.rgb = v.colour.data;
-    f.rgb_stride_bytes = static_cast<std::uint64_t>(v.colour.stride);
+    f.colour = v.colour.data;
+    f.colour_stride_bytes = static_cast<std::uint64_t>(v.colour.stride);
     f.colour_camera = c_camera(v.colour_camera);
     f.T_colour_depth = c_pose(v.T_colour_depth);
     return f;

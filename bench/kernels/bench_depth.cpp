@@ -4,7 +4,7 @@
 
 #include "depth/depth_image.h"
 #include "depth/filters.h"
-#include "every_target.h"
+#include "kernels/kernels.h"
 #include "scene_helpers.h"
 #include "simd/depth.h"
 
@@ -88,9 +88,7 @@ void filter(benchmark::State& state, Filter&& run) {
     }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bool registered = [] {
     const auto tiles = [](benchmark::State& state) {
         std::vector<simd::DepthRange> out(160 * 120);
         for (auto _ : state) {
@@ -101,26 +99,28 @@ int main(int argc, char** argv) {
             benchmark::ClobberMemory();
         }
     };
-    bench_every_target("stage_u16_keep", [](auto& s) { stage(s, options_with(false), frame_u16()); });
-    bench_every_target("stage_f32", [](auto& s) { stage(s, options_with(false), frame_f32()); });
-    bench_every_target("stage_u16_bilateral", [](auto& s) { stage(s, options_with(true), frame_u16()); });
-    bench_every_target("keep_in_range", [](auto& s) { convert(s, 0); });
-    bench_every_target("convert_u16", [](auto& s) { convert(s, 1); });
-    bench_every_target("convert_f32", [](auto& s) { convert(s, 2); });
-    bench_every_target("tile_ranges", tiles);
-    bench_every_target("bilateral", [](auto& s) {
+    bench::on_every_target("stage_u16_keep", [](auto& s) { stage(s, options_with(false), frame_u16()); });
+    bench::on_every_target("stage_f32", [](auto& s) { stage(s, options_with(false), frame_f32()); });
+    bench::on_every_target("stage_u16_bilateral", [](auto& s) { stage(s, options_with(true), frame_u16()); });
+    bench::on_every_target("keep_in_range", [](auto& s) { convert(s, 0); });
+    bench::on_every_target("convert_u16", [](auto& s) { convert(s, 1); });
+    bench::on_every_target("convert_f32", [](auto& s) { convert(s, 2); });
+    bench::on_every_target("tile_ranges", tiles);
+    bench::on_every_target("bilateral", [](auto& s) {
         filter(s, [](const DepthImage& in, auto* out, float*, Jobs& one) { bilateral_filter(in, out, one); });
     });
-    bench_every_target("remove_edges", [](auto& s) {
+    bench::on_every_target("remove_edges", [](auto& s) {
         filter(s, [](const DepthImage& in, auto* out, float*, Jobs& one) { remove_edges(in, out, one); });
     });
-    bench_every_target("normals", [](auto& s) {
+    bench::on_every_target("normals", [](auto& s) {
         filter(s, [](const DepthImage& in, auto*, float* n, Jobs& one) { compute_normals(in, n, one); });
     });
-    bench_every_target("weights", [](auto& s) {
+    bench::on_every_target("weights", [](auto& s) {
         filter(s, [](const DepthImage& in, auto* out, float*, Jobs& one) {
             observation_weights(in, {true, true, 64}, out, one);
         });
     });
-    return run_benchmarks(argc, argv);
-}
+    return true;
+}();
+
+}  // namespace

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "every_target.h"
+#include "kernels/kernels.h"
 #include "map/raycast.h"
 #include "scene_helpers.h"
 #include "simd/rays.h"
@@ -70,11 +70,11 @@ void kernels(benchmark::State& state) {
     }
 }
 
-}  // namespace
+const bool registered = [] {
+    bench::on_every_target("raycast_depth", [](auto& s) { cast(s, false); });
+    bench::on_every_target("raycast_all", [](auto& s) { cast(s, true); });
+    bench::on_every_target("step_64_rays", kernels);
+    return true;
+}();
 
-int main(int argc, char** argv) {
-    bench_every_target("raycast_depth", [](auto& s) { cast(s, false); });
-    bench_every_target("raycast_all", [](auto& s) { cast(s, true); });
-    bench_every_target("step_64_rays", kernels);
-    return run_benchmarks(argc, argv);
-}
+}  // namespace

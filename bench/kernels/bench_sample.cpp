@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "every_target.h"
+#include "kernels/kernels.h"
 #include "map/sample.h"
 #include "map/sample_batch.h"
 #include "scene_helpers.h"
@@ -116,12 +116,12 @@ void interpolate(benchmark::State& state) {
     }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-    bench_every_target("track_15360_points", track);
-    bench_every_target("world_points", world_points);
-    bench_every_target("interpolate_64_cells", interpolate);
+const bool registered = [] {
+    bench::on_every_target("track_15360_points", track);
+    bench::on_every_target("world_points", world_points);
+    bench::on_every_target("interpolate_64_cells", interpolate);
     benchmark::RegisterBenchmark("one_at_a_time", one_at_a_time)->Unit(benchmark::kMicrosecond);
-    return run_benchmarks(argc, argv);
-}
+    return true;
+}();
+
+}  // namespace

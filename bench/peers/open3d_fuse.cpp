@@ -30,7 +30,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/open.h"
+#include "peers/open3d_frames.h"
 
 namespace {
 
@@ -38,101 +38,17 @@ namespace core = open3d::core;
 namespace geometry = open3d::t::geometry;
 using burin::Camera;
 using burin::Frame;
-using burin::Se3;
-using burin::Vec3d;
-
-struct Options {
-    std::string dataset, format, output, frames;
-    double voxel_m = 0.01;
-    double truncation_voxels = 4;
-    double min_depth_m = 0.2, max_depth_m = 4;  // Burin's defaults
-    double min_weight = 1.5;                    // as Burin's meshes; VoxelBlockGrid only
-    int stride = 4;                             // Open3D's default
-    int blocks = 10000;                         // VoxelBlockGrid's default; it grows
-    int threads = 1;
-    bool colour = false, vbg = false;
-};
-
-// A frame as Open3D wants it: float depth in metres with 0 for "none", and colour registered to the depth
-// pixels.
-struct ReadyFrame {
-    int width = 0, height = 0;
-    std::vector<float> depth_m;
-    std::vector<std::uint16_t> depth_u16;  // the same readings as stored, empty when the data set has floats
-    float depth_units_per_m = 1;           // of depth_u16
-    std::vector<std::uint8_t> rgb;
-    Camera camera;
-    Eigen::Matrix4d T_camera_world = Eigen::Matrix4d::Identity();
-};
-
-double milliseconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
+using peers::cpu_ms;
+using peers::make_ready;
+using peers::milliseconds_since;
+using peers::Options;
+using peers::ReadyFrame;
 
 // Highest resident set so far, bytes.
 long long peak_rss_bytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return 1024LL * usage.ru_maxrss;  // Linux counts in KiB
-}
-
-float depth_at(const Frame& frame, std::size_t i, const Options& options) {
-    double value = 0;
-    if (!frame.depth_u16.empty())
-        value = frame.depth_u16.pixels[i] == 65535 ? 0 : frame.depth_u16.pixels[i];
-    else
-        value = frame.depth_f32.pixels[i];
-    const double metres = value * frame.depth_unit_m;
-    return metres >= options.min_depth_m && metres <= options.max_depth_m ? static_cast<float>(metres) : 0.0f;
-}
-
-// The colour each depth pixel sees, nearest pixel; black where there is none.
-void register_colour(const Frame& frame, ReadyFrame* out) {
-    for (int v = 0; v < out->height; ++v)
-        for (int u = 0; u < out->width; ++u) {
-            const std::size_t i = static_cast<std::size_t>(v) * out->width + u;
-            if (out->depth_m[i] <= 0) continue;
-            const Vec3d ray = unproject(frame.depth_camera, {double(u), double(v)});
-            const Vec3d p = frame.T_colour_depth * (ray * double(out->depth_m[i]));
-            if (p.z <= 0) continue;
-            const burin::Pixel pixel = project(frame.colour_camera, p);
-            const double x = std::floor(pixel.u + 0.5), y = std::floor(pixel.v + 0.5);
-            if (!(x >= 0 && y >= 0 && x < frame.colour.width && y < frame.colour.height)) continue;
-            for (int c = 0; c < 3; ++c)
-                out->rgb[3 * i + c] = frame.colour.view().at(static_cast<int>(x), static_cast<int>(y), c);
-        }
-}
-
-burin::Status make_ready(const Frame& frame, const Options& options, ReadyFrame* out) {
-    if (frame.depth_camera.distorted())
-        return burin::Status::error(burin::Code::unsupported,
-                                    "Open3D knows no lens distortion, this depth camera has one");
-    const bool is_u16 = !frame.depth_u16.empty();
-    out->width = is_u16 ? frame.depth_u16.width : frame.depth_f32.width;
-    out->height = is_u16 ? frame.depth_u16.height : frame.depth_f32.height;
-    out->camera = frame.depth_camera;
-    const std::size_t pixels = static_cast<std::size_t>(out->width) * out->height;
-    out->depth_m.resize(pixels);
-    for (std::size_t i = 0; i < pixels; ++i) out->depth_m[i] = depth_at(frame, i, options);
-    out->depth_u16.clear();
-    if (is_u16) {
-        out->depth_u16 = frame.depth_u16.pixels;
-        for (std::size_t i = 0; i < pixels; ++i)
-            if (out->depth_m[i] <= 0) out->depth_u16[i] = 0;
-        out->depth_units_per_m = static_cast<float>(1 / frame.depth_unit_m);
-    }
-    if (options.colour) {
-        if (frame.colour.empty())
-            return burin::Status::error(burin::Code::unsupported, "--colour: the frame has none");
-        out->rgb.assign(3 * pixels, 0);
-        register_colour(frame, out);
-    }
-    const Se3 T = frame.T_world_camera.inverse();
-    for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) out->T_camera_world(r, c) = T.R(r, c);
-        out->T_camera_world(r, 3) = T.t[r];
-    }
-    return {};
 }
 
 // One of the two volumes of Open3D.
@@ -142,6 +58,7 @@ class Volume {
     virtual double integrate_ms(const ReadyFrame& frame) = 0;
     virtual std::shared_ptr<open3d::geometry::TriangleMesh> extract() = 0;
     virtual long long units() = 0;  // allocated blocks of 16^3 voxels
+    double last_cpu_ms = 0;         // processor time of the last integrate_ms
 };
 
 class Scalable : public Volume {
@@ -161,7 +78,9 @@ class Scalable : public Volume {
         const open3d::camera::PinholeCameraIntrinsic intrinsic(frame.width, frame.height, k.fx, k.fy, k.cx,
                                                                k.cy);
         const auto start = std::chrono::steady_clock::now();
+        const double cpu_start = cpu_ms();
         volume_.Integrate(image, intrinsic, frame.T_camera_world);
+        last_cpu_ms = cpu_ms() - cpu_start;
         return milliseconds_since(start);
     }
     std::shared_ptr<open3d::geometry::TriangleMesh> extract() override {
@@ -206,12 +125,14 @@ class BlockGrid : public Volume {
         const float max_depth = static_cast<float>(options_.max_depth_m);
         const float truncation = static_cast<float>(options_.truncation_voxels);
         const auto start = std::chrono::steady_clock::now();
+        const double cpu_start = cpu_ms();
         const core::Tensor blocks =
             grid_.GetUniqueBlockCoordinates(depth, intrinsic, extrinsic, scale, max_depth, truncation);
         if (options_.colour)
             grid_.Integrate(blocks, depth, colour, intrinsic, extrinsic, scale, max_depth, truncation);
         else
             grid_.Integrate(blocks, depth, intrinsic, extrinsic, scale, max_depth, truncation);
+        last_cpu_ms = cpu_ms() - cpu_start;
         return milliseconds_since(start);
     }
     std::shared_ptr<open3d::geometry::TriangleMesh> extract() override {
@@ -261,7 +182,16 @@ int run(const Options& options) {
 
     std::unique_ptr<Volume> volume;
     const long long rss_before = peak_rss_bytes();  // what the libraries take
-    std::vector<double> frame_ms;
+    std::vector<double> frame_ms, frame_cpu_ms;
+    const auto fuse = [&](const ReadyFrame& ready) {
+        if (!volume && options.vbg)
+            volume = std::make_unique<BlockGrid>(options, options.colour && !ready.depth_u16.empty());
+        else if (!volume)
+            volume = std::make_unique<Scalable>(options);
+        frame_ms.push_back(volume->integrate_ms(ready));
+        frame_cpu_ms.push_back(volume->last_cpu_ms);
+    };
+    std::vector<ReadyFrame> preloaded;
     ReadyFrame ready;
     for (int i = first; i < last; ++i) {
         Frame frame;
@@ -270,18 +200,24 @@ int run(const Options& options) {
         if (!frame.has_pose) continue;
         if (const burin::Status status = make_ready(frame, options, &ready); !status.ok())
             return fail(status.text());
-        if (!volume && options.vbg)
-            volume = std::make_unique<BlockGrid>(options, options.colour && !ready.depth_u16.empty());
-        else if (!volume)
-            volume = std::make_unique<Scalable>(options);
-        frame_ms.push_back(volume->integrate_ms(ready));
+        if (options.preload)
+            preloaded.push_back(ready);
+        else
+            fuse(ready);
     }
+    for (const ReadyFrame& one : preloaded) fuse(one);
     if (frame_ms.empty()) return fail("no frame has a pose");
     const long long rss_fused = peak_rss_bytes();
 
-    const auto start = std::chrono::steady_clock::now();
-    const auto mesh = volume->extract();
-    const double extract_ms = milliseconds_since(start);
+    double extract_ms = 0, extract_cpu_ms = 0;
+    auto mesh = std::make_shared<open3d::geometry::TriangleMesh>();
+    if (options.extract) {
+        const auto start = std::chrono::steady_clock::now();
+        const double cpu_start = cpu_ms();
+        mesh = volume->extract();
+        extract_cpu_ms = cpu_ms() - cpu_start;
+        extract_ms = milliseconds_since(start);
+    }
     const long long rss_extracted = peak_rss_bytes();
     const std::size_t raw_vertices = mesh->vertices_.size(), raw_triangles = mesh->triangles_.size();
     // Open3D repeats vertices where blocks meet; the mesh is written without them, and not timed.
@@ -292,6 +228,7 @@ int run(const Options& options) {
 
     double sum = 0;
     for (const double ms : frame_ms) sum += ms;
+    const std::vector<double> in_order = frame_ms;
     std::sort(frame_ms.begin(), frame_ms.end());
     const nlohmann::ordered_json report = {
         {"peer", options.vbg ? "open3d_voxel_block_grid" : "open3d_scalable_tsdf_volume"},
@@ -304,10 +241,13 @@ int run(const Options& options) {
         {"allocation_stride", options.vbg ? 4 : options.stride},
         {"threads", options.threads},
         {"colour", options.colour},
+        {"frame_ms", in_order},
+        {"frame_cpu_ms", frame_cpu_ms},
         {"integrate_p50_ms", percentile(frame_ms, 0.5)},
         {"integrate_mean_ms", sum / static_cast<double>(frame_ms.size())},
         {"integrate_p95_ms", percentile(frame_ms, 0.95)},
         {"extract_ms", extract_ms},
+        {"extract_cpu_ms", extract_cpu_ms},
         {"blocks", volume->units()},
         {"rss_before_bytes", rss_before},
         {"rss_fused_bytes", rss_fused},
@@ -357,6 +297,8 @@ int main(int argc, char** argv) {
     app.add_option("--threads", options.threads)->check(CLI::Range(1, 256));
     app.add_flag("--colour", options.colour, "fuse colour too");
     app.add_flag("--vbg", options.vbg, "VoxelBlockGrid instead of ScalableTSDFVolume");
+    app.add_flag("--preload", options.preload, "decode all frames before the first is fused");
+    app.add_flag("!--no-mesh", options.extract, "leave out the mesh");
     CLI11_PARSE(app, argc, argv);
     start_over_with_threads(options.threads, argv);
     open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Warning);

@@ -15,10 +15,14 @@
  *   frames    right-handed; camera axes x right, y down, z forward (OpenCV); T_a_b maps coordinates of b to a
  *   pose      unit quaternion x y z w and a translation
  *   pixels    pixel centres at integer coordinates; images are rows of `stride_bytes`
- *   memory    the caller owns every buffer; the library allocates nothing after burin_create
+ *   memory    the caller owns every buffer; the library allocates nothing after burin_create (but for
+ *             stdio's buffer while burin_save, burin_load or burin_file_probe have a file open)
  *   errors    every call returns a burin_status; a call that fails changes nothing unless it says so.
  *             burin_last_error(map) holds one line with the value and what was expected
- *   threads   one map is used by one thread at a time; different maps are independent
+ *   threads   one map is used by one thread at a time, any one; a second is refused with STATE. Different
+ *             maps are independent; functions without a map may be called on any thread
+ *   sizes     structures with a struct_size are refused (INVALID_ARGUMENT) unless it is that of this header:
+ *             neither an older nor a newer one half works
  */
 #ifndef BURIN_BURIN_H
 #define BURIN_BURIN_H
@@ -135,11 +139,14 @@ typedef struct burin_map {
     uint32_t generation;
 } burin_map;
 
-/* memory: at least burin_bytes(config) bytes, aligned to 64, untouched by the caller until burin_destroy.
- * At most 64 maps at a time in one process. */
+/* memory: at least burin_bytes(config) bytes, aligned to 64, untouched by the caller until burin_destroy. It
+ * need not be zeroed. *map is set only on success. Errors (in burin_last_error((burin_map){0})):
+ * INVALID_ARGUMENT (null, misaligned, a field out of range), INSUFFICIENT_MEMORY (the text says how many
+ * bytes), STATE (64 maps exist in this process already). */
 BURIN_API burin_status burin_create(const burin_config* config, void* memory, uint64_t bytes, burin_map* map);
 
-/* Stops the threads and nulls the handle; the memory is the caller's again. A null map is fine. */
+/* Stops the threads and nulls the handle; the memory is the caller's again. A null map is fine. Errors: STATE
+ * (stale, or in use: also from one of its own callbacks); the map then stays. */
 BURIN_API burin_status burin_destroy(burin_map* map);
 
 /* Forgets every chunk; the configuration stays. */
@@ -148,6 +155,57 @@ BURIN_API burin_status burin_reset(burin_map map);
 /* One line about the last call on this map that failed, "" if none; for calls without a map pass the null
  * map. Valid until the next failing call. */
 BURIN_API const char* burin_last_error(burin_map map);
+
+/* ---------------------------------------------------------------------------------------------------------
+ * callbacks */
+
+/* body(context, index) is a piece of work for a thread of the application. */
+typedef void (*burin_job)(void* context, uint32_t index);
+
+/* What a map asks of its application. A callback may not call functions on the same map (STATE), and must not
+ * throw or jump out. `user` is handed to each. */
+typedef struct burin_hooks {
+    uint32_t struct_size;  /* sizeof(burin_hooks), set by burin_hooks_default */
+    uint32_t pool_threads; /* calls of body that `run` can have under way at a time, 1 .. 64. Default 1 */
+    void* user;
+
+    /* How far burin_mesh_size, burin_mesh, burin_raycast, burin_sample, burin_save(_to) or burin_load(_from)
+     * is: 0 .. 1, never less than before, up to some thousand times a second. Not 0: stop, and the call soon
+     * ends with CANCELLED; the map is as it was (but see burin_load), and buffers of the caller hold nothing
+     * of use. At 1 the work is done and the answer is ignored. Called on the calling thread; with `run`, on
+     * any of its threads, one at a time. NULL: nobody is told. */
+    int (*progress)(void* user, double done);
+
+    /* The application's threads instead of `threads` of burin_config (leave that at 1, so that none are
+     * started): call body(context, i) once for every i in 0 .. count - 1, each on any thread, in any order,
+     * and return when all of them have returned. count <= pool_threads; a frame has some twenty runs of a few
+     * hundred microseconds. Not 0, or bodies left out: their work is done by the calling thread. Results do
+     * not depend on any of it. NULL: the map's own threads. */
+    int (*run)(void* user, uint32_t count, burin_job body, void* context);
+
+    uint64_t reserved[8]; /* zero */
+} burin_hooks;
+
+/* No callbacks. */
+BURIN_API burin_hooks burin_hooks_default(void);
+
+/* Copies *hooks into the map; they hold until the next call of this, through burin_reset too. NULL takes them
+ * away. Errors: INVALID_ARGUMENT (size, pool_threads, reserved), STATE. */
+BURIN_API burin_status burin_set_hooks(burin_map map, const burin_hooks* hooks);
+
+typedef enum burin_log_level {
+    BURIN_LOG_ERROR = 0,   /* the line of a call that failed, as in burin_last_error */
+    BURIN_LOG_WARNING = 1, /* the first frame of a map that dropped chunks */
+    BURIN_LOG_INFO = 2     /* a map was created: chunks, bytes, kernels, threads */
+} burin_log_level;
+
+/* `line` has no line end and is valid during the call. */
+typedef void (*burin_log)(void* user, burin_log_level level, const char* line);
+
+/* One callback for the process, on whatever thread a call was made; NULL (as at the start): none. May be
+ * called at any time; a line that another thread is about to write may still go to the callback before. What
+ * the callback itself causes is not logged. */
+BURIN_API void burin_set_log(burin_log log, void* user);
 
 /* ---------------------------------------------------------------------------------------------------------
  * frames */
@@ -168,6 +226,19 @@ typedef enum burin_depth_type {
     BURIN_DEPTH_F32 = 1  /* metres = value * depth_unit_m; 0, negative, NaN and inf mean no depth */
 } burin_depth_type;
 
+/* Bytes of a pixel in memory order, sRGB. All but RGB8 are read pixel by pixel where a voxel wants one, which
+ * costs a little time and no memory; the map is that of the same image in RGB8, bit for bit. */
+typedef enum burin_pixel_format {
+    BURIN_PIXEL_RGB8 = 0,
+    BURIN_PIXEL_BGR8 = 1,
+    BURIN_PIXEL_RGBA8 = 2, /* alpha is ignored */
+    BURIN_PIXEL_BGRA8 = 3,
+    BURIN_PIXEL_GREY8 = 4,
+    BURIN_PIXEL_YUYV = 5, /* 4:2:2, Y U Y V for two pixels, BT.601, Y of 16..235 (the default of V4L2) */
+    BURIN_PIXEL_NV12 = 6, /* 4:2:0, a plane of Y and one of U V pairs, BT.601, Y of 0..255 (JFIF; ARKit) */
+    BURIN_PIXEL_NV21 = 7  /* the same with V U pairs (Android) */
+} burin_pixel_format;
+
 typedef struct burin_frame {
     uint32_t struct_size; /* sizeof(burin_frame) */
     uint32_t depth_type;  /* a burin_depth_type */
@@ -176,11 +247,18 @@ typedef struct burin_frame {
     uint64_t depth_stride_bytes; /* >= width * sample size, a multiple of the sample size */
     double depth_unit_m;         /* e.g. 0.001 for millimetres */
     burin_camera depth_camera;
-    burin_pose T_world_camera;  /* of the depth camera */
-    const uint8_t* rgb;         /* 3 bytes a pixel, sRGB; NULL when the frame has no colour */
-    uint64_t rgb_stride_bytes;  /* >= 3 * width */
-    burin_camera colour_camera; /* its own size and intrinsics */
-    burin_pose T_colour_depth;  /* depth camera coordinates to colour camera coordinates */
+    burin_pose T_world_camera;        /* of the depth camera */
+    const uint8_t* confidence;        /* a byte for each depth pixel; NULL when the sensor gives none */
+    uint64_t confidence_stride_bytes; /* >= width */
+    uint32_t min_confidence;      /* depth of less is ignored, 0 .. 255; ARKit gives 0 1 2, others 0 .. 255 */
+    uint32_t colour_format;       /* a burin_pixel_format */
+    const uint8_t* colour;        /* colour_camera.height rows; NULL when the frame has no colour */
+    uint64_t colour_stride_bytes; /* >= the bytes of a row: width * 3, 4 or 1, of YUYV 4 for two pixels */
+    const uint8_t* chroma; /* NV12 and NV21: (height + 1) / 2 rows of (width + 1) / 2 pairs, else NULL */
+    uint64_t chroma_stride_bytes; /* >= 2 * ((width + 1) / 2) */
+    burin_camera colour_camera;   /* its own size and intrinsics */
+    burin_pose T_colour_depth;    /* depth camera coordinates to colour camera coordinates */
+    uint32_t reserved[8];         /* zero */
 } burin_frame;
 
 /* Zeroed but for struct_size and identity poses. */
@@ -226,6 +304,7 @@ typedef struct burin_statistics {
     int32_t store_error;    /* errno of what the disk refused last, 0 while it is well */
 } burin_statistics;
 
+/* Walks over the keys of all chunks. Errors: INVALID_ARGUMENT (null), STATE. */
 BURIN_API burin_status burin_stats(burin_map map, burin_statistics* statistics);
 
 /* A 64-bit digest of every chunk's key and voxels, in key order: equal maps have equal hashes, whatever the
@@ -254,26 +333,44 @@ typedef struct burin_mesh_buffers {
     uint64_t vertex_count, triangle_count; /* out */
 } burin_mesh_buffers;
 
-/* The sizes burin_mesh needs now. */
+/* The sizes burin_mesh needs now, and as long as the map does not change. options: NULL for the defaults.
+ * Errors: INVALID_ARGUMENT, STATE, CANCELLED; the counts are then untouched. */
 BURIN_API burin_status burin_mesh_size(burin_map map, const burin_mesh_options* options, uint64_t* vertices,
                                        uint64_t* triangles);
 
 /* The surface of the whole map by marching cubes. Vertices are shared within and across chunks.
- * INSUFFICIENT_MEMORY: a capacity is too small; the counts then hold what is needed. */
+ * Errors: INSUFFICIENT_MEMORY (a capacity is too small; the counts then hold what is needed),
+ * INVALID_ARGUMENT, UNSUPPORTED (more than 2^32 - 2 vertices), STATE, CANCELLED. */
 BURIN_API burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_mesh_buffers* mesh);
 
 typedef struct burin_chunk_key {
     int32_t x, y, z; /* chunk (x,y,z) spans [8 x voxel_m, 8 (x + 1) voxel_m) and so on */
 } burin_chunk_key;
 
-/* The chunks whose mesh may have changed since they were last meshed by burin_chunk_mesh, in key order.
- * INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+/* Which chunks are worth meshing again (docs/mesh.md). */
+typedef struct burin_change_options {
+    uint32_t struct_size;   /* sizeof(burin_change_options) */
+    float threshold_voxels; /* a chunk whose surface moved by less since it was last meshed keeps its mesh,
+                               but for every eighth turn. >= 0; 0: every change counts. Default 0.05 */
+    uint32_t interval; /* a chunk has its turn every so many frames, 1 .. 65535; when it is meshed for the
+                          first time it does not wait. Default 64 */
+} burin_change_options;
+
+BURIN_API burin_change_options burin_change_options_default(void);
+
+/* The chunks to be meshed (again) by burin_chunk_mesh after this frame, in key order; a chunk stays in the
+ * list until it is meshed. With the default options about as much work every frame, however noisy the depth.
+ * With threshold_voxels 0 and interval 1: every chunk whose mesh differs in any bit, as after the last frame.
+ * options may be NULL. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+BURIN_API burin_status burin_changed_chunks(burin_map map, const burin_change_options* options,
+                                            burin_chunk_key* keys, uint64_t capacity, uint64_t* count);
+/* The same with the default options. */
 BURIN_API burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity,
                                           uint64_t* count);
 
 /* The surface inside one chunk's cells; vertices on the border are repeated, bit for bit, by the neighbour.
- * At most 1944 vertices and 2560 triangles. Clears the chunk's dirty mark. A chunk that is not there gives an
- * empty mesh. */
+ * At most 1944 vertices and 2560 triangles. The chunk leaves the list of changed ones. A chunk that is not
+ * there gives an empty mesh. */
 BURIN_API burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_mesh_options* options,
                                         burin_mesh_buffers* mesh);
 
@@ -287,13 +384,15 @@ BURIN_API burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_
 
 /* What a camera at T_world_camera would see, by ray casting (KinectFusion 2011, section 3.3). Buffers of
  * camera.width * camera.height pixels, packed; each may be NULL. No surface: depth 0, normal 0 0 0, colour 0
- * 0 0. The camera must be free of distortion. */
+ * 0 0. Errors: UNSUPPORTED (the camera has distortion), INVALID_ARGUMENT (camera, pose), STATE; buffers are
+ * then untouched; CANCELLED. */
 BURIN_API burin_status burin_raycast(burin_map map, const burin_camera* camera,
                                      const burin_pose* T_world_camera, float* depth_m, float* normals,
                                      uint8_t* rgb);
 
 /* Signed distance (metres, + in free space) at `count` world points (3 doubles each), trilinear; NaN where a
- * voxel around the point was never seen. gradients (3 floats a point, unitless) may be NULL. */
+ * voxel around the point was never seen. gradients (3 floats a point, unitless) may be NULL. Errors:
+ * INVALID_ARGUMENT (null, 2^42 points or more), STATE, CANCELLED. */
 BURIN_API burin_status burin_sample(burin_map map, const double* points, uint64_t count, float* distances,
                                     float* gradients);
 
@@ -301,8 +400,21 @@ BURIN_API burin_status burin_sample(burin_map map, const double* points, uint64_
  * files */
 
 /* Writes the map (docs/map_file.md) to `path`: first to `path`.part, which replaces `path` only when
- * complete. */
+ * complete. Errors: IO, CANCELLED; what stood under `path` is then untouched. stdio allocates while the file
+ * is open; burin_save_to does not. */
 BURIN_API burin_status burin_save(burin_map map, const char* path);
+
+/* Take `bytes` bytes, the next ones of the map: pieces of 2 or 4 KiB, in order. Not 0: it failed, and the
+ * call ends with IO. */
+typedef int (*burin_write)(void* user, const void* data, uint64_t bytes);
+
+/* Put exactly the next `bytes` bytes of a saved map at `data`. Not 0: it failed or there are no more, and the
+ * call ends with IO. */
+typedef int (*burin_read)(void* user, void* data, uint64_t bytes);
+
+/* The same bytes as burin_save, to a callback. Errors: IO (the callback failed), CANCELLED; what was written
+ * by then is no map, which burin_load_from notices. The callback runs on the calling thread. */
+BURIN_API burin_status burin_save_to(burin_map map, burin_write write, void* user);
 
 typedef struct burin_file_info {
     uint32_t version, has_colour;
@@ -315,10 +427,18 @@ typedef struct burin_file_info {
 /* Reads only the head of a map file. */
 BURIN_API burin_status burin_file_probe(const char* path, burin_file_info* info);
 
+/* The same from a callback that gives the first 4096 bytes of a map. */
+BURIN_API burin_status burin_probe_from(burin_read read, void* user, burin_file_info* info);
+
 /* Replaces the map's chunks by those of the file. The voxel, the truncation and the presence of colour must
- * be those of the map's configuration. INSUFFICIENT_MEMORY: the text tells the budget it takes. On failure
- * after the head was read (a damaged chunk) the map is empty. */
+ * be those of the map's configuration (INVALID_ARGUMENT). INSUFFICIENT_MEMORY: the text tells the budget it
+ * takes. On failure after the head was read (FORMAT: a damaged chunk, IO, CANCELLED) the map is empty: there
+ * is no room for two. Before that it is as it was. */
 BURIN_API burin_status burin_load(burin_map map, const char* path);
+
+/* The same from a callback, which is asked for the bytes of the map and no more: other things may follow in
+ * the same stream. It runs on the calling thread. */
+BURIN_API burin_status burin_load_from(burin_map map, burin_read read, void* user);
 
 /* ----------------------------------------------------------------------------------------------------------
  * the store: a file for the chunks that find no room in memory (docs/store.md) */

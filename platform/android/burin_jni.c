@@ -8,7 +8,7 @@
 #include <string.h>
 
 #ifdef BURIN_JNI_HEADER /* what javac -h says of BurinMap.java; the compiler compares */
-#include "burin_BurinMap.h"
+#include BURIN_JNI_HEADER
 #endif
 
 typedef struct Holder {
@@ -140,10 +140,10 @@ JNIEXPORT void JNICALL Java_burin_BurinMap_integrate(JNIEnv* env, jclass type, j
     f.depth_camera = camera_of(width, height, c);
     f.T_world_camera = pose_of(p);
     if (rgb) {
-        f.rgb_stride_bytes = (uint64_t)(rgb_stride > 0 ? rgb_stride : 0);
-        f.rgb = direct(env, rgb, image_bytes(rgb_width, rgb_height, rgb_stride, 3),
-                       "rgb: expected a direct buffer of height * stride bytes");
-        if (!f.rgb) return;
+        f.colour_stride_bytes = (uint64_t)(rgb_stride > 0 ? rgb_stride : 0);
+        f.colour = direct(env, rgb, image_bytes(rgb_width, rgb_height, rgb_stride, 3),
+                          "rgb: expected a direct buffer of height * stride bytes");
+        if (!f.colour) return;
         if (!doubles(env, rgb_camera, 9, c, "rgb camera: expected 9 numbers")) return;
         if (!doubles(env, depth_to_colour, 7, p, "depthToColour: expected tx ty tz qx qy qz qw")) return;
         f.colour_camera = camera_of(rgb_width, rgb_height, c);

@@ -3,6 +3,7 @@
 #include "burin/burin.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <new>
 
@@ -115,7 +116,14 @@ burin_status burin_create(const burin_config* config, void* memory, uint64_t byt
     Status ready = config->store_chunks > 0 ? state->session.start_store() : Status();
     if (ready.ok()) {
         *map = register_map(state);
-        if (map->index != 0) return BURIN_OK;
+        if (map->index != 0) {
+            char line[128];
+            std::snprintf(line, sizeof line, "map of %u chunks in %llu bytes, kernels %s, %d threads",
+                          options.volume.capacity, static_cast<unsigned long long>(needed),
+                          simd::target_name(), state->jobs.threads());
+            log_line(BURIN_LOG_INFO, line);
+            return BURIN_OK;
+        }
         ready = Status::error(Code::state, "64 maps exist already");
     }
     state->~MapState();
@@ -139,6 +147,7 @@ burin_status burin_destroy(burin_map* map) {
 burin_status burin_reset(burin_map map) {
     return Call(map).run([](MapState& state) {
         state.session.clear();
+        state.told_full = false;
         return Status();
     });
 }
@@ -153,6 +162,10 @@ burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_fram
         if (r.chunks.dropped > 0) flags |= BURIN_FLAG_POOL_FULL;
         if (r.store_full) flags |= BURIN_FLAG_STORE_FULL;
         if (r.store_failed) flags |= BURIN_FLAG_STORE_FAILED;
+        if (r.chunks.dropped > 0 && !state.told_full) {
+            state.told_full = true;
+            log_line(BURIN_LOG_WARNING, "the map is full, chunks are dropped: raise budget_bytes or voxel_m");
+        }
         if (result)
             *result = {flags,          r.chunks.fused, r.chunks.added, r.chunks.carved, r.chunks.dropped,
                        r.valid_pixels, r.depth_ms,     r.integrate_ms};

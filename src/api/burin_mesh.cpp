@@ -28,6 +28,23 @@ Status check_mesh_options(const burin_mesh_options* options, MeshOptions* out) {
     return {};
 }
 
+Status check_change_options(const burin_change_options* options, ChangeRule* out) {
+    if (!options) return {};
+    if (options->struct_size != sizeof *options)
+        return Status::error(Code::invalid_argument, "change options: size %u, expected %zu",
+                             options->struct_size, sizeof *options);
+    if (!(options->threshold_voxels >= 0))
+        return Status::error(Code::invalid_argument,
+                             "change options: threshold_voxels is %g, expected at least 0",
+                             static_cast<double>(options->threshold_voxels));
+    if (options->interval < 1 || options->interval > 65535)
+        return Status::error(Code::invalid_argument, "change options: interval is %u, expected 1 to 65535",
+                             options->interval);
+    out->threshold_voxels = options->threshold_voxels;
+    out->interval = options->interval;
+    return {};
+}
+
 Status check_buffers(const burin_mesh_buffers* mesh) {
     if (!mesh) return null_argument("mesh");
     if (!mesh->positions && mesh->vertex_capacity > 0) return null_argument("mesh->positions");
@@ -66,7 +83,9 @@ burin_status burin_mesh_size(burin_map map, const burin_mesh_options* options, u
         if (!vertices || !triangles) return null_argument(vertices ? "triangles" : "vertices");
         MeshOptions mesh_options;
         BURIN_TRY(check_mesh_options(options, &mesh_options));
+        Watch watch(state, 2);
         const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
+        BURIN_TRY(watch.progress.finish());
         *vertices = counts.vertices;
         *triangles = counts.triangles;
         return {};
@@ -78,21 +97,36 @@ burin_status burin_mesh(burin_map map, const burin_mesh_options* options, burin_
         BURIN_TRY(check_buffers(mesh));
         MeshOptions mesh_options;
         BURIN_TRY(check_mesh_options(options, &mesh_options));
+        Watch watch(state, state.session.counted(mesh_options) ? 1 : 3);
         const MeshCounts counts = state.session.count_mesh(mesh_options, state.jobs);
+        if (watch.progress.stopped()) return watch.progress.finish();
         if (counts.vertices > 0xfffffffeULL)
             return Status::error(Code::unsupported, "the mesh has %llu vertices, an index holds 32 bits",
                                  static_cast<unsigned long long>(counts.vertices));
         BURIN_TRY(require_capacity(mesh, counts.vertices, counts.triangles));
         state.session.extract_mesh(mesh_options, buffers_of(*mesh), state.jobs);
-        return {};
+        return watch.progress.finish();
     });
 }
 
+burin_change_options burin_change_options_default(void) {
+    const ChangeRule defaults;
+    return {sizeof(burin_change_options), defaults.threshold_voxels, defaults.interval};
+}
+
 burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity, uint64_t* count) {
+    return burin_changed_chunks(map, nullptr, keys, capacity, count);
+}
+
+burin_status burin_changed_chunks(burin_map map, const burin_change_options* options, burin_chunk_key* keys,
+                                  uint64_t capacity, uint64_t* count) {
     return Call(map).run([&](MapState& state) -> Status {
         if (!count) return null_argument("count");
         if (!keys && capacity > 0) return null_argument("keys");
-        *count = state.session.dirty_chunks(
+        ChangeRule rule;
+        BURIN_TRY(check_change_options(options, &rule));
+        *count = state.session.changed_chunks(
+            rule,
             [&](std::uint64_t i, Vec3i c) {
                 keys[i] = {c.x, c.y, c.z};
             },
@@ -149,8 +183,9 @@ burin_status burin_raycast(burin_map map, const burin_camera* camera, const buri
         BURIN_TRY(checked_camera(*camera, "raycast", &c));
         if (c.distorted()) return Status::error(Code::unsupported, "raycast camera: distortion must be 0");
         BURIN_TRY(checked_world_pose(*T_world_camera, state.config, &T));
+        Watch watch(state, 2);
         state.session.raycast_map(c, T, {depth_m, normals, rgb}, state.jobs);
-        return {};
+        return watch.progress.finish();
     });
 }
 
@@ -164,13 +199,14 @@ burin_status burin_sample(burin_map map, const double* points, uint64_t count, f
         if (items > 0x7fffffff)
             return Status::error(Code::invalid_argument, "sample: %llu points, expected fewer than 2^42",
                                  static_cast<unsigned long long>(count));
+        Watch watch(state, 1);
         state.jobs.run(static_cast<int>(items), [&](int item, int) {
             const std::uint64_t first = static_cast<std::uint64_t>(item) * kItem;
             BatchSampler sampler(state.session.volume());
             sampler.sample(points + 3 * first, static_cast<std::size_t>(std::min(kItem, count - first)),
                            distances + first, gradients ? gradients + 3 * first : nullptr);
         });
-        return {};
+        return watch.progress.finish();
     });
 }
 

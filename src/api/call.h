@@ -6,12 +6,16 @@
 #include <cstdio>
 
 #include "api/handles.h"
+#include "api/log.h"
 #include "core/status.h"
 
 namespace burin {
 
 inline burin_status report(char* error, const Status& status) {
-    if (!status.ok()) std::snprintf(error, 512, "%s", status.text());
+    if (!status.ok()) {
+        std::snprintf(error, 512, "%s", status.text());
+        log_line(BURIN_LOG_ERROR, error);
+    }
     return static_cast<burin_status>(status.code());
 }
 
@@ -42,6 +46,23 @@ class Call {
   private:
     MapState* state_;
     Status entry_;
+};
+
+// Watches the long work of one call: `stages` stages of about the same length.
+class Watch {
+  public:
+    Watch(MapState& state, int stages)
+        : progress(state.hooks.progress, state.hooks.user, stages), jobs_(state.jobs) {
+        jobs_.watch(&progress);
+    }
+    ~Watch() { jobs_.watch(nullptr); }
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+
+    Progress progress;
+
+  private:
+    Jobs& jobs_;
 };
 
 inline Status null_argument(const char* name) {

@@ -29,6 +29,42 @@ Status check_stride(const char* what, std::uint64_t stride, std::uint64_t row_by
                          static_cast<unsigned long long>(most), static_cast<unsigned long long>(unit));
 }
 
+Status check_confidence(const burin_frame& f, FrameView* v) {
+    if (f.min_confidence > 255)
+        return Status::error(Code::invalid_argument, "frame: min_confidence is %u, expected 0 to 255",
+                             f.min_confidence);
+    BURIN_TRY(check_stride("frame: confidence_stride_bytes", f.confidence_stride_bytes, f.depth_camera.width,
+                           f.depth_camera.height, 1));
+    v->confidence = {f.confidence, v->depth_camera.width, v->depth_camera.height,
+                     static_cast<std::ptrdiff_t>(f.confidence_stride_bytes)};
+    v->min_confidence = static_cast<std::uint8_t>(f.min_confidence);
+    return {};
+}
+
+Status check_colour(const burin_frame& f, FrameView* v) {
+    constexpr std::uint8_t kPixelBytes[] = {3, 3, 4, 4, 1, 2, 1, 1};  // by burin_pixel_format
+    if (f.colour_format > BURIN_PIXEL_NV21)
+        return Status::error(Code::invalid_argument, "frame: colour_format is %u, expected 0 to %d",
+                             f.colour_format, BURIN_PIXEL_NV21);
+    BURIN_TRY(checked_camera(f.colour_camera, "colour", &v->colour_camera));
+    const std::uint64_t width = f.colour_camera.width, height = f.colour_camera.height;
+    const std::uint64_t even_width = f.colour_format == BURIN_PIXEL_YUYV ? (width + 1) & ~1u : width;
+    BURIN_TRY(check_stride("frame: colour_stride_bytes", f.colour_stride_bytes,
+                           kPixelBytes[f.colour_format] * even_width, height, 1));
+    if (f.colour_format >= BURIN_PIXEL_NV12) {
+        if (!f.chroma) return Status::error(Code::invalid_argument, "frame: chroma is null");
+        BURIN_TRY(check_stride("frame: chroma_stride_bytes", f.chroma_stride_bytes, (width + 1) / 2 * 2,
+                               (height + 1) / 2, 1));
+        v->chroma = {f.chroma, (v->colour_camera.width + 1) / 2, (v->colour_camera.height + 1) / 2,
+                     static_cast<std::ptrdiff_t>(f.chroma_stride_bytes), 2};
+    }
+    BURIN_TRY(checked_pose(f.T_colour_depth, "T_colour_depth", &v->T_colour_depth));
+    v->colour_format = static_cast<PixelFormat>(f.colour_format);
+    v->colour = {f.colour, v->colour_camera.width, v->colour_camera.height,
+                 static_cast<std::ptrdiff_t>(f.colour_stride_bytes), kPixelBytes[f.colour_format]};
+    return {};
+}
+
 }  // namespace
 
 Status checked_camera(const burin_camera& c, const char* what, Camera* out) {
@@ -65,6 +101,10 @@ Status checked_frame(const burin_frame& f, const burin_config& config, FrameView
         return Status::error(Code::invalid_argument,
                              "frame: size %u, expected %zu (start from burin_frame_default())", f.struct_size,
                              sizeof(burin_frame));
+    for (const std::uint32_t reserved : f.reserved)
+        if (reserved != 0)
+            return Status::error(Code::invalid_argument, "frame: a reserved field is %u, expected 0",
+                                 reserved);
     if (!f.depth) return Status::error(Code::invalid_argument, "frame: depth is null");
     if (f.depth_type > BURIN_DEPTH_F32)
         return Status::error(Code::invalid_argument, "frame: depth_type is %u, expected 0 or 1",
@@ -95,14 +135,8 @@ Status checked_frame(const burin_frame& f, const burin_config& config, FrameView
         v.depth_f32 = {static_cast<const float*>(f.depth), v.depth_camera.width, v.depth_camera.height,
                        stride};
     BURIN_TRY(checked_world_pose(f.T_world_camera, config, &v.T_world_camera));
-    if (f.rgb) {
-        BURIN_TRY(checked_camera(f.colour_camera, "colour", &v.colour_camera));
-        BURIN_TRY(check_stride("frame: rgb_stride_bytes", f.rgb_stride_bytes,
-                               std::uint64_t{3} * f.colour_camera.width, f.colour_camera.height, 1));
-        BURIN_TRY(checked_pose(f.T_colour_depth, "T_colour_depth", &v.T_colour_depth));
-        v.colour = {f.rgb, v.colour_camera.width, v.colour_camera.height,
-                    static_cast<std::ptrdiff_t>(f.rgb_stride_bytes), 3};
-    }
+    if (f.confidence) BURIN_TRY(check_confidence(f, &v));
+    if (f.colour) BURIN_TRY(check_colour(f, &v));
     *out = v;
     return {};
 }

@@ -16,6 +16,8 @@ namespace burin {
 struct MapState {
     FusionSession session;
     Jobs jobs;
+    burin_hooks hooks = {};
+    bool told_full = false;  // the log knows that the pool is full
     burin_config config;
     std::uint64_t bytes = 0;
     std::atomic<bool> busy{false};  // a call is under way

@@ -11,6 +11,9 @@
 
 namespace burin {
 
+// The numeric values are those of burin_pixel_format, where each is described.
+enum class PixelFormat : std::uint8_t { rgb8, bgr8, rgba8, bgra8, grey8, yuyv, nv12, nv21 };
+
 // A frame in somebody else's memory, for the length of a call. Exactly one depth image is non-empty.
 struct FrameView {
     std::int64_t t_ns = 0;
@@ -18,7 +21,11 @@ struct FrameView {
     View<const float> depth_f32;
     double depth_unit_m = 0.001;
     Camera depth_camera;
-    View<const std::uint8_t> colour;  // RGB; stride in bytes
+    View<const std::uint8_t> confidence;  // of each depth pixel; may be empty
+    std::uint8_t min_confidence = 0;      // depth of less counts as none
+    View<const std::uint8_t> colour;      // strides in bytes
+    View<const std::uint8_t> chroma;      // the second plane of nv12 and nv21
+    PixelFormat colour_format = PixelFormat::rgb8;
     Camera colour_camera;
     Se3 T_colour_depth;
     Se3 T_world_camera;

@@ -72,11 +72,11 @@ struct MeshFlags {
     void add_to(CLI::App& app);
 };
 
-// Extracts the whole mesh of a map and drops its small components.
-Status extract_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh);
+// Extracts the whole mesh of a map, with colours if wanted, and drops its small components.
+Status extract_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh);
 
 // The same when chunks are in the store: chunk by chunk, joined where they meet.
-Status extract_stored_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh);
+Status extract_stored_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh);
 // Drops the small components.
 Status remove_small(const MeshFlags& flags, TriangleMesh* mesh);
 

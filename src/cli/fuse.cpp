@@ -59,8 +59,8 @@ burin_frame c_frame(const Frame& f) {
     out.depth_camera = c_camera(f.depth_camera);
     out.T_world_camera = c_pose(f.T_world_camera);
     if (f.colour.empty()) return out;
-    out.rgb = f.colour.pixels.data();
-    out.rgb_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
+    out.colour = f.colour.pixels.data();
+    out.colour_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
     out.colour_camera = c_camera(f.colour_camera);
     out.T_colour_depth = c_pose(f.T_colour_depth);
     return out;
@@ -135,12 +135,24 @@ Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int 
     }
 }
 
-nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t) {
+double area_m2(const TriangleMesh& mesh) {
+    double area = 0;
+    for (const auto& t : mesh.triangles) {
+        const Vec3d a = to_double(mesh.positions[t[0]]), b = to_double(mesh.positions[t[1]]),
+                    c = to_double(mesh.positions[t[2]]);
+        area += norm(cross(b - a, c - a)) / 2;
+    }
+    return area;
+}
+
+nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t, double surface_m2) {
     burin_statistics s;
     burin_stats(map, &s);
     std::uint64_t hash = 0;
     burin_hash(map, &hash);
     const nlohmann::json none = stage_summary({});
+    // A chunk is 512 voxels of 4 bytes, and 4 of colour.
+    const double chunk_bytes = static_cast<double>(s.chunks_live) * (o.map.config.colour ? 4096 : 2048);
     return {{"frames", t.fused + t.without_pose},
             {"tracked", t.fused},
             {"stages",
@@ -161,7 +173,9 @@ nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t)
              {{"budget_bytes", o.map.config.budget_bytes},
               {"arena_bytes", s.arena_bytes},
               {"store_bytes", s.store_bytes},
-              {"peak_rss_bytes", peak_rss_bytes()}}},
+              {"peak_rss_bytes", peak_rss_bytes()},
+              {"surface_m2", surface_m2},
+              {"bytes_per_m2", surface_m2 > 0 ? chunk_bytes / surface_m2 : 0.0}}},
             {"voxel_m", s.voxel_m},
             {"truncation_m", s.truncation_m},
             {"threads", o.map.config.threads},
@@ -224,7 +238,8 @@ int run(FuseOptions& o) {
     // An eighth of the budget; of a small one more, since a store of few chunks would soon be full.
     if (!o.store.empty() && o.map.config.store_chunks == 0) {
         const std::uint64_t budget = o.map.config.budget_bytes;
-        const std::uint64_t chunks = std::max(budget / 8 / 36, std::min<std::uint64_t>(65536, budget / 4 / 36));
+        const std::uint64_t chunks =
+            std::max(budget / 8 / 36, std::min<std::uint64_t>(65536, budget / 4 / 36));
         o.map.config.store_chunks = static_cast<std::uint32_t>(std::min<std::uint64_t>(chunks, 1u << 27));
     }
     OwnedMap map;
@@ -259,18 +274,18 @@ int run(FuseOptions& o) {
     const double start = now_ms();
     burin_statistics stats;
     burin_stats(map.get(), &stats);
-    const Status meshed = stats.chunks_stored > 0 ? extract_stored_mesh(map.get(), o.mesh, &mesh)
-                                                  : extract_mesh(map.get(), o.mesh, &mesh);
-    if (const Status& status = meshed; !status.ok()) return complain_output(status);
+    const bool colour = !o.map.no_colour;
+    const Status meshed = stats.chunks_stored > 0 ? extract_stored_mesh(map.get(), o.mesh, colour, &mesh)
+                                                  : extract_mesh(map.get(), o.mesh, colour, &mesh);
+    if (!meshed.ok()) return complain_output(meshed);
     if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
-    if (o.map.no_colour) mesh.colours.clear();
 
     if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok())
         return complain_output(status);
     if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get());
         !status.ok())
         return complain_output(status);
-    const nlohmann::json report = make_report(o, map.get(), totals);
+    const nlohmann::json report = make_report(o, map.get(), totals, area_m2(mesh));
     if (const Status status = write_json(o.output + "/report.json", report); !status.ok())
         return complain_output(status);
     if (o.json) {

@@ -21,7 +21,7 @@ int run(const Options& o) {
     if (const Status status = map.open(o.map, o.threads); !status.ok()) return complain_input(status);
     TriangleMesh mesh;
     const double start = now_ms();
-    if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok())
+    if (const Status status = extract_mesh(map.get(), o.mesh, true, &mesh); !status.ok())
         return complain_output(status);
     const double ms = now_ms() - start;
     burin_statistics stats;

@@ -157,7 +157,7 @@ int run(const Options& o) {
         if (const Status status = map.open(o.input, o.threads); !status.ok()) return complain_input(status);
         // The overview is chosen by the surface, so it has to be extracted; from a pose the rays are enough.
         if (overview)
-            if (const Status status = extract_mesh(map.get(), o.mesh, &mesh); !status.ok())
+            if (const Status status = extract_mesh(map.get(), o.mesh, true, &mesh); !status.ok())
                 return complain_input(status);
     } else {
         auto read = read_ply(o.input);

@@ -21,7 +21,7 @@ struct HashPosition {
 
 }  // namespace
 
-Status extract_stored_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* mesh) {
+Status extract_stored_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh) {
     std::uint64_t count = 0;
     burin_chunks(map, nullptr, 0, &count);
     std::vector<burin_chunk_key> keys(count);
@@ -36,8 +36,13 @@ Status extract_stored_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* 
     std::unordered_map<std::array<std::uint32_t, 3>, std::uint32_t, HashPosition> known;
     *mesh = {};
     for (const burin_chunk_key& key : keys) {
-        burin_mesh_buffers part = {
-            kVertices, kTriangles, positions.data(), normals.data(), colours.data(), triangles.data(), 0, 0};
+        burin_mesh_buffers part = {};
+        part.vertex_capacity = kVertices;
+        part.triangle_capacity = kTriangles;
+        part.positions = positions.data();
+        part.normals = normals.data();
+        part.colours = colour ? colours.data() : nullptr;
+        part.triangles = triangles.data();
         BURIN_TRY(status_of(burin_chunk_mesh(map, key, &flags.options, &part), map));
         for (std::uint64_t v = 0; v < part.vertex_count; ++v) {
             std::array<std::uint32_t, 3> bits;
@@ -48,7 +53,7 @@ Status extract_stored_mesh(burin_map map, const MeshFlags& flags, TriangleMesh* 
             if (!fresh) continue;
             mesh->positions.push_back({positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]});
             mesh->normals.push_back({normals[3 * v], normals[3 * v + 1], normals[3 * v + 2]});
-            mesh->colours.push_back({colours[3 * v], colours[3 * v + 1], colours[3 * v + 2]});
+            if (colour) mesh->colours.push_back({colours[3 * v], colours[3 * v + 1], colours[3 * v + 2]});
         }
         for (std::uint64_t t = 0; t < part.triangle_count; ++t)
             mesh->triangles.push_back(

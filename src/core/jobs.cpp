@@ -44,19 +44,68 @@ Jobs::~Jobs() {
 }
 
 void Jobs::run_erased(int count, Function function, void* context) {
-    if (threads_ == 1 || count <= 1) {
-        for (int i = 0; i < count; ++i) function(context, i, 0);
-        return;
-    }
+    if (progress_ && progress_->stopped()) return;
     function_ = function;
     context_ = context;
     count_ = count;
     next_.store(0, std::memory_order_relaxed);
+    if (count > 1 && pool_.run)
+        run_by_pool();
+    else if (count > 1 && threads_ > 1)
+        run_by_workers();
+    else
+        run_alone();
+    if (progress_) progress_->next_stage();
+}
+
+void Jobs::run_alone() {
+    for (int item = 0; item < count_; ++item) {
+        if (progress_ &&
+            !progress_->report(static_cast<std::uint64_t>(item), static_cast<std::uint64_t>(count_)))
+            return;
+        function_(context_, item, 0);
+    }
+}
+
+void Jobs::take_items(int worker, bool tell) {
+    for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count_;) {
+        if (tell &&
+            !progress_->report(static_cast<std::uint64_t>(item), static_cast<std::uint64_t>(count_))) {
+            next_.store(count_, std::memory_order_relaxed);  // nobody finds another
+            return;
+        }
+        function_(context_, item, worker);
+    }
+}
+
+void Jobs::enter_from_pool(void* self, std::uint32_t) {
+    Jobs& jobs = *static_cast<Jobs*>(self);
+    // Sequentially consistent, as in run_by_pool: either this call sees that the run is over, or the run
+    // waits for it.
+    jobs.inside_.fetch_add(1);
+    if (jobs.open_.load()) {
+        const int worker = jobs.tickets_.fetch_add(1);
+        if (worker < jobs.pool_.threads) jobs.take_items(worker, jobs.progress_ != nullptr);
+    }
+    jobs.inside_.fetch_sub(1);
+    jobs.inside_.notify_all();
+}
+
+void Jobs::run_by_pool() {
+    tickets_.store(0);
+    open_.store(true);
+    const int calls = std::min(count_, pool_.threads);
+    pool_.run(pool_.user, static_cast<std::uint32_t>(calls), enter_from_pool, this);
+    take_items(pool_.threads, progress_ != nullptr);
+    open_.store(false);
+    for (int left; (left = inside_.load()) != 0;) inside_.wait(left);
+}
+
+void Jobs::run_by_workers() {
     busy_.store(threads_ - 1, std::memory_order_relaxed);
     run_id_.fetch_add(1, std::memory_order_release);
     run_id_.notify_all();
-    for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count;)
-        function(context, item, 0);
+    take_items(0, progress_ != nullptr);
     int spins = 0;
     for (int left; (left = busy_.load(std::memory_order_acquire)) != 0;) {
         if (++spins < kSpins)
@@ -78,8 +127,7 @@ void Jobs::work(int worker) {
         }
         ++seen;  // never more than one run ahead: a run ends only when every worker has reported
         if (stop_.load()) return;
-        for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count_;)
-            function_(context_, item, worker);
+        take_items(worker, false);
         if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_one();
     }
 }

@@ -11,9 +11,22 @@
 #include <memory>
 #include <type_traits>
 
+#include "core/progress.h"
+
 namespace burin {
 
 inline constexpr int kMaxThreads = 64;
+
+// Threads of the application instead of our own. run() must call body(context, i) once for each i of
+// 0..count-1, on any threads, in any order, at most `threads` at a time, and return when all calls have
+// returned. What it leaves undone is done by the thread that asked, and calls that come too late find nothing
+// to do.
+struct JobPool {
+    using Body = void (*)(void* context, std::uint32_t index);
+    int (*run)(void* user, std::uint32_t count, Body body, void* context) = nullptr;
+    void* user = nullptr;
+    int threads = 1;
+};
 
 class Jobs {
   public:
@@ -25,7 +38,17 @@ class Jobs {
     Jobs(const Jobs&) = delete;
     Jobs& operator=(const Jobs&) = delete;
 
-    int threads() const { return threads_; }
+    int threads() const { return pool_.run ? pool_.threads + 1 : threads_; }
+
+    // Not during a run. A pool without a function: our own threads again.
+    void set_pool(const JobPool& pool) { pool_ = pool; }
+
+    // Every run until watch(nullptr) is a stage of this call: told as it goes, and when it is stopped the
+    // items left and all later runs are skipped. Told by the calling thread, or with a pool by whichever
+    // comes first.
+    void watch(Progress* progress) { progress_ = progress; }
+    // The results of runs since watch() are incomplete.
+    bool stopped() const { return progress_ && progress_->stopped(); }
 
     // Calls body(item, worker) for every item in 0..count-1 and returns when all are done; worker is in
     // 0..threads()-1 and unique among the calls running at one time (for per-thread scratch). Allocates
@@ -43,7 +66,12 @@ class Jobs {
   private:
     using Function = void (*)(void* context, int item, int worker);
     void run_erased(int count, Function function, void* context);
+    void run_alone();
+    void run_by_workers();
+    void run_by_pool();
+    void take_items(int worker, bool tell);
     void work(int worker);
+    static void enter_from_pool(void* jobs, std::uint32_t index);
     static void* start(void* worker);
 
     struct Worker {
@@ -60,6 +88,12 @@ class Jobs {
     std::atomic<int> busy_{0};              // workers that have not finished the current run
     std::atomic<std::uint32_t> run_id_{0};  // counts runs; workers sleep on it
     std::atomic<bool> stop_{false};
+
+    Progress* progress_ = nullptr;
+    JobPool pool_;
+    std::atomic<bool> open_{false};  // a run by the pool is under way
+    std::atomic<int> inside_{0};     // calls of the pool that have not returned
+    std::atomic<int> tickets_{0};    // of the calls that take part in this run
 };
 
 }  // namespace burin

@@ -31,22 +31,34 @@ void rectify(View<const T> in, const Camera& camera, const Camera& ideal, int y,
     }
 }
 
-// convert(readings, count, out) for every row, or for the pieces of a rectified one.
+void drop_unsure(const std::uint8_t* confidence, int count, std::uint8_t least, std::uint16_t* depth) {
+    for (int x = 0; x < count; ++x) depth[x] = confidence[x] < least ? std::uint16_t{0} : depth[x];
+}
+
+// convert(readings, count, out) for every row, or for the pieces of a rectified one; what the sensor is not
+// sure of becomes 0.
 template <class T, class Convert>
-void convert_rows(View<const T> in, const Camera& camera, const DepthImage& image, std::uint16_t* out,
+void convert_rows(View<const T> in, const FrameView& frame, const DepthImage& image, std::uint16_t* out,
                   Jobs& jobs, Convert&& convert) {
+    const Camera& camera = frame.depth_camera;
+    const bool unsure = !frame.confidence.empty() && frame.min_confidence > 0;
     for_row_blocks(in.height, jobs, [&](int y) {
         std::uint16_t* to = out + image.offset(0, y);
         if (!camera.distorted()) {
             convert(in.row(y), in.width, to);
+            if (unsure) drop_unsure(frame.confidence.row(y), in.width, frame.min_confidence, to);
             return;
         }
         constexpr int kPiece = 512;  // 2 KiB of stack
         T rectified[kPiece];
+        std::uint8_t confidence[kPiece];
         for (int x = 0; x < in.width; x += kPiece) {
             const int end = std::min(x + kPiece, in.width);
             rectify(in, camera, image.camera, y, x, end, rectified);
             convert(rectified, end - x, to + x);
+            if (!unsure) continue;
+            rectify(frame.confidence, camera, image.camera, y, x, end, confidence);
+            drop_unsure(confidence, end - x, frame.min_confidence, to + x);
         }
     });
 }
@@ -95,16 +107,16 @@ void DepthStage::prepare(const FrameView& frame, Jobs& jobs) {
     }
     if (!is_u16) {
         convert_rows(
-            frame.depth_f32, frame.depth_camera, image, pixels_, jobs,
+            frame.depth_f32, frame, image, pixels_, jobs,
             [&](const float* in, int n, std::uint16_t* out) { simd::convert_f32(in, n, conversion, out); });
     } else if (raw_is_result) {
         const simd::RawRange range = simd::raw_range(conversion);
-        convert_rows(frame.depth_u16, frame.depth_camera, image, pixels_, jobs,
+        convert_rows(frame.depth_u16, frame, image, pixels_, jobs,
                      [&](const std::uint16_t* in, int n, std::uint16_t* out) {
                          simd::keep_in_range(in, n, range, out);
                      });
     } else {
-        convert_rows(frame.depth_u16, frame.depth_camera, image, pixels_, jobs,
+        convert_rows(frame.depth_u16, frame, image, pixels_, jobs,
                      [&](const std::uint16_t* in, int n, std::uint16_t* out) {
                          simd::convert_u16(in, n, conversion, out);
                      });

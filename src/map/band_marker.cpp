@@ -44,8 +44,8 @@ void BandMarker::begin(const DepthImage& image, const DepthTiles& tiles, const S
     for (int r = 0; r < 3; ++r) {
         view.slope_u[r] = static_cast<float>(T.R(r, 0) / c.fx / chunk_m);
         view.slope_v[r] = static_cast<float>(T.R(r, 1) / c.fy / chunk_m);
-        view.slope_1[r] = static_cast<float>(
-            (T.R(r, 2) - T.R(r, 0) * c.cx / c.fx - T.R(r, 1) * c.cy / c.fy) / chunk_m);
+        view.slope_1[r] =
+            static_cast<float>((T.R(r, 2) - T.R(r, 0) * c.cx / c.fx - T.R(r, 1) * c.cy / c.fy) / chunk_m);
     }
     view.unit_m = image.unit_m;
     view.deep_m = static_cast<float>(2 * chunk_m);  // beyond this a tile's box holds mostly air
@@ -69,24 +69,28 @@ void BandMarker::place_window(const Se3& T, float voxel_m) {
     const float reach = view.truncation.at(image_->farthest_m);
     const float near = std::max(image_->nearest_m - reach, 0.0f), far = image_->farthest_m + reach;
     for (int r = 0; r < 3; ++r) {
-        // Origin near the camera first, to find the window in small numbers; then its low corner. One chunk more
-        // on either side stands for all roundings.
-        const double camera =
-            std::floor(std::clamp(T.t[r] / chunk_m, -2.0 * kChunkLimit, 2.0 * kChunkLimit));
+        // Origin near the camera first, to find the window in small numbers; then its low corner. One chunk
+        // more on either side stands for all roundings.
+        const double camera = std::floor(std::clamp(T.t[r] / chunk_m, -2.0 * kChunkLimit, 2.0 * kChunkLimit));
         const double start = T.t[r] / chunk_m - camera;
-        const float slope = view.slope_u[r] * (half_u - 0.5f) + view.slope_v[r] * (half_v - 0.5f) + view.slope_1[r];
-        const float half = std::fabs(view.slope_u[r]) * (half_u + 1) + std::fabs(view.slope_v[r]) * (half_v + 1);
+        const float slope =
+            view.slope_u[r] * (half_u - 0.5f) + view.slope_v[r] * (half_v - 0.5f) + view.slope_1[r];
+        const float half =
+            std::fabs(view.slope_u[r]) * (half_u + 1) + std::fabs(view.slope_v[r]) * (half_v + 1);
         const float left = slope - half, right = slope + half;
-        const int low = static_cast<int>(std::floor(std::min(near * left, far * left) + static_cast<float>(start))) - 1;
+        const int low =
+            static_cast<int>(std::floor(std::min(near * left, far * left) + static_cast<float>(start))) - 1;
         const int high =
             static_cast<int>(std::floor(std::max(near * right, far * right) + static_cast<float>(start))) + 1;
         origin_[r] = static_cast<std::int32_t>(camera) + low;
         size_[r] = high - low + 1;
-        // Voxel i of a chunk has its centre at (i + 1/2) / 8: the first chunk with a centre at or above the low
-        // end, the last with one at or below the high end.
+        // Voxel i of a chunk has its centre at (i + 1/2) / 8: the first chunk with a centre at or above the
+        // low end, the last with one at or below the high end.
         for (simd::BandView* v : {&tile_view_, &pixel_view_}) {
-            v->start_low[r] = static_cast<float>(start - low + (0.5 - static_cast<double>(kVoxelMargin)) / kChunkSide);
-            v->start_high[r] = static_cast<float>(start - low - (0.5 - static_cast<double>(kVoxelMargin)) / kChunkSide);
+            v->start_low[r] =
+                static_cast<float>(start - low + (0.5 - static_cast<double>(kVoxelMargin)) / kChunkSide);
+            v->start_high[r] =
+                static_cast<float>(start - low - (0.5 - static_cast<double>(kVoxelMargin)) / kChunkSide);
         }
     }
     size_[0] = (size_[0] + 63) & ~63;
@@ -104,8 +108,7 @@ void BandMarker::place_window(const Se3& T, float voxel_m) {
 void BandMarker::box_tiles(Jobs& jobs) {
     const int columns = tiles_->width;
     box_stride_ = whole_vectors(columns);
-    for (int x = 0; x < box_stride_; ++x)
-        tile_u_[x] = static_cast<float>(x * kTile) + 0.5f * (kTile - 1);
+    for (int x = 0; x < box_stride_; ++x) tile_u_[x] = static_cast<float>(x * kTile) + 0.5f * (kTile - 1);
     jobs.run(tiles_->height, [&](int ty, int) {
         float v[16];
         std::uint32_t ranges[16];
@@ -139,7 +142,8 @@ void BandMarker::mark(const simd::ChunkBox& box) {
         if (low[r] > high[r]) return;
     }
     const int first = low[0] >> 6, last = high[0] >> 6;
-    const std::uint64_t from = ~std::uint64_t{0} << (low[0] & 63), to = ~std::uint64_t{0} >> (63 - (high[0] & 63));
+    const std::uint64_t from = ~std::uint64_t{0} << (low[0] & 63),
+                        to = ~std::uint64_t{0} >> (63 - (high[0] & 63));
     const std::ptrdiff_t row_words = slab_size_[0] / 64;
     for (int z = low[2]; z <= high[2]; ++z) {
         std::uint64_t* row = words_ + (static_cast<std::ptrdiff_t>(z) * slab_size_[1] + low[1]) * row_words;

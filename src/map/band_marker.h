@@ -31,8 +31,8 @@ class BandMarker {
     // Marks the next slab of the view; false when there is none left.
     bool next_slab();
 
-    // The next marked chunks of this slab in (z, y, x) order, relative to origin(), at most `capacity`; 0 when
-    // the slab is read. Chunks that no key can name are left out.
+    // The next marked chunks of this slab in (z, y, x) order, relative to origin(), at most `capacity`; 0
+    // when the slab is read. Chunks that no key can name are left out.
     int collect(std::int32_t* x, std::int32_t* y, std::int32_t* z, int capacity);
     Vec3i origin() const { return origin_; }
 

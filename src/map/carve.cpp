@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Space carving (Chisel 2015): chunks of the map that the band no longer reaches but that rays pass through take
-// the same +truncation as free voxels of touched chunks do, so that noise and what has moved away fade.
+// Space carving (Chisel 2015): chunks of the map that the band no longer reaches but that rays pass through
+// take the same +truncation as free voxels of touched chunks do, so that noise and what has moved away fade.
 #include <algorithm>
 #include <atomic>
 
@@ -59,12 +59,15 @@ std::uint32_t Integrator::carve_slots(const Job& job, const std::uint32_t* slots
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
         const std::uint32_t slot = slots[i];
-        if (!simd::observe_chunk(job.projection, reach.projected, distances, weights, &volume.geometry(slot)).free)
+        if (!simd::observe_chunk(job.projection, reach.projected, distances, weights, &volume.geometry(slot))
+                 .free)
             continue;
         ChunkGeometry& chunk = volume.geometry(slot);
         const int least = simd::carve_distances(distances, job.projection.weighted() ? weights : nullptr,
                                                 kCarveEvery, options_.max_weight, chunk.sdf, chunk.weight);
         if (least < 0) continue;
+        // Surface is being cleared away: as much as can be told.
+        if (volume.least_distance(slot) <= job.mesh_band) volume.moved(slot) = 65535;
         volume.least_distance(slot) = static_cast<std::int16_t>(least);
         volume.touch(slot);
         volume.last_seen(slot) = job.frame_number;

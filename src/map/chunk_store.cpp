@@ -254,8 +254,12 @@ std::uint32_t ChunkStore::bring(Volume& volume, ChunkKey key) {
         volume.colour_readings(slot) = most;
     }
     volume.last_seen(slot) = entry->last_seen;
+    // How far its mesh is behind was not kept: all the way, unless it had been meshed as it is.
+    const unsigned kept = entry->place >> ChunkIndex::Entry::kFlags & kKeptFlags;
+    volume.moved(slot) = kept & kChunkDirty ? 65535 : 0;
+    volume.mesh_lag(slot) = kept & kChunkStale ? 65535 : 0;
     volume.flags(slot) =
-        static_cast<std::uint8_t>((entry->place >> ChunkIndex::Entry::kFlags & kKeptFlags) | kChunkSaved);
+        static_cast<std::uint8_t>(kept | kChunkSaved | (kept == 0 ? kChunkMeshed | kChunkSurface : 0));
     entry->place |= ChunkIndex::Entry::kResident;
     --away_;
     ++reloaded_;

@@ -14,8 +14,8 @@ constexpr std::uint32_t kNothing = 0xffffffffu;  // joined with anything, leaves
 
 int tiles_of(int pixels) { return (pixels + kTile - 1) / kTile; }
 
-// Squares that begin in the image reach over its right end by less than kReach tiles, at each level they are joined
-// from ones that do; what comes from beyond that is another row's.
+// Squares that begin in the image reach over its right end by less than kReach tiles, at each level they are
+// joined from ones that do; what comes from beyond that is another row's.
 int stride_for(int width, int reach) { return (width + 2 * reach + 15) / 16 * 16; }
 
 }  // namespace
@@ -23,8 +23,7 @@ int stride_for(int width, int reach) { return (width + 2 * reach + 15) / 16 * 16
 void DepthRanges::place(Arena& arena, int max_width, int max_height) {
     const auto stride = static_cast<std::size_t>(stride_for(tiles_of(max_width), kReach));
     const std::size_t count = stride * (static_cast<std::size_t>(tiles_of(max_height)) + kReach) + kReach;
-    for (int level = 0; level < kLevels; ++level)
-        squares_[level] = arena.allocate<std::uint32_t>(count, 64);
+    for (int level = 0; level < kLevels; ++level) squares_[level] = arena.allocate<std::uint32_t>(count, 64);
 }
 
 void DepthRanges::build(const DepthTiles& tiles) {
@@ -36,7 +35,8 @@ void DepthRanges::build(const DepthTiles& tiles) {
         const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(y) * width_,
                              to = static_cast<std::ptrdiff_t>(y) * stride_;
         for (int x = 0; x < width_; ++x) {
-            const std::uint32_t least = tiles.ranges[from + x].least, largest = tiles.ranges[from + x].largest;
+            const std::uint32_t least = tiles.ranges[from + x].least,
+                                largest = tiles.ranges[from + x].largest;
             squares_[0][to + x] = (((least - 1) & 0xffff) + (least != 0)) | (65535 - largest) << 16;
         }
         std::fill(squares_[0] + to + width_, squares_[0] + to + stride_, kNothing);
@@ -45,7 +45,8 @@ void DepthRanges::build(const DepthTiles& tiles) {
         std::fill_n(squares_[level] + static_cast<std::ptrdiff_t>(height_) * stride_,
                     static_cast<std::ptrdiff_t>(kReach) * stride_ + kReach, kNothing);
     for (int level = 1; level < kLevels; ++level)
-        simd::double_ranges(squares_[level - 1], height_ * stride_, stride_, 1 << (level - 1), squares_[level]);
+        simd::double_ranges(squares_[level - 1], height_ * stride_, stride_, 1 << (level - 1),
+                            squares_[level]);
 }
 
 DepthRange DepthRanges::over(int x0, int y0, int x1, int y1) const {

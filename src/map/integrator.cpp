@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 
 #include "core/hash.h"
+#include "map/colour_pixels.h"
 #include "map/integrator_job.h"
 
 namespace burin {
@@ -13,6 +15,19 @@ namespace {
 
 constexpr int kChunksPerItem = 64;  // one step of the job counter; 64 chunks take some 15 us
 static_assert(kChunksPerItem % simd::kBatchChunks == 0);
+
+// Adds the time since the last lap to `to`.
+class Laps {
+  public:
+    void add(double* to) {
+        const auto now = std::chrono::steady_clock::now();
+        *to += std::chrono::duration<double, std::milli>(now - last_).count();
+        last_ = now;
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
 
 template <class Body>
 void for_ranges(Jobs& jobs, int count, Body&& body) {
@@ -38,7 +53,9 @@ void Integrator::place(Arena& arena, const IntegrationOptions& options, int max_
 IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth, const FrameView& frame,
                                         std::uint32_t frame_number, Jobs& jobs, ChunkStore* store) {
     const DepthImage& image = depth.image;
+    times_ = {};
     if (image.valid == 0) return {};
+    Laps laps;
     const Se3 T_camera_world = frame.T_world_camera.inverse();
     const double voxel_m = volume.voxel_m();
     const float units_per_m = options_.truncation.units_per_m();
@@ -57,8 +74,7 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
     projection.drop_start_m = options_.drop_start_m;
     projector.fill(&projection.offsets);
     ranges_.build(depth.tiles);
-    marker_.begin(image, depth.tiles, frame.T_world_camera, options_.truncation, volume.voxel_m(),
-                  jobs);
+    marker_.begin(image, depth.tiles, frame.T_world_camera, options_.truncation, volume.voxel_m(), jobs);
 
     const Camera& cc = frame.colour_camera;
     Job job{volume,
@@ -75,7 +91,7 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             {frame.colour.data,
              frame.colour.width,
              frame.colour.height,
-             frame.colour.stride,
+             offsets_stride(frame),
              cc.distorted(),
              static_cast<float>(cc.fx),
              static_cast<float>(cc.fy),
@@ -93,7 +109,10 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             // Colour is wanted where marching cubes will put vertices: within two voxels of the surface along
             // the ray covers slopes up to 60 degrees.
             static_cast<std::int16_t>(std::min(32766.0f, 2.0f * volume.voxel_m() * units_per_m)),
+            // Up to those slopes the nearer end of an edge with a vertex lies within one.
+            static_cast<std::uint16_t>(std::min(32766.0f, volume.voxel_m() * units_per_m)),
             Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m),
+            frame,
             {},
             store};
     for (int r = 0; r < 3; ++r)
@@ -107,14 +126,21 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
     const int batch =
         store ? static_cast<int>(std::min<std::uint32_t>(kBatch, volume.shape().capacity)) : kBatch;
     while (marker_.next_slab())
-        while (const int n = marker_.collect(xyz_[0], xyz_[1], xyz_[2], batch)) fuse_batch(job, n, counts);
+        while (const int n = marker_.collect(xyz_[0], xyz_[1], xyz_[2], batch)) {
+            laps.add(&times_.mark);
+            fuse_batch(job, n, counts);
+            laps = {};
+        }
+    laps.add(&times_.mark);
     if (options_.carve) carve(job, counts);
     if (options_.carve && store) carve_away(job, counts);
+    laps.add(&times_.carve);
     return counts;
 }
 
 void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
     Volume& volume = job.volume;
+    Laps laps;
     for_ranges(job.jobs, count, [&](int first, int end) { choose(job, first, end); });
     int chosen = 0, missing = 0;
     for (int i = 0; i < count; ++i) {
@@ -123,14 +149,21 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         if (candidates_[i].slot == kNoChunk) missing_[missing++] = static_cast<std::uint16_t>(i);
     }
 
+    laps.add(&times_.choose);
+    times_.candidates += static_cast<std::uint32_t>(count);
+    times_.chosen += static_cast<std::uint32_t>(chosen);
+    times_.missing += static_cast<std::uint32_t>(missing);
+
     // Chunks that are not in the map: would they be touched?
     for_ranges(job.jobs, missing, [&](int first, int end) {
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
         for (int i = first; i < end; ++i)
-            touched_[i] = simd::observe_chunk(job.projection, candidates_[missing_[i]].projected, distances, weights)
-                              .touched;
+            touched_[i] =
+                simd::observe_chunk(job.projection, candidates_[missing_[i]].projected, distances, weights)
+                    .touched;
     });
+    laps.add(&times_.test);
     if (job.store)
         make_room(job, chosen,
                   static_cast<std::uint32_t>(std::count_if(
@@ -149,18 +182,21 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
             ++counts.added;
     }
 
+    laps.add(&times_.insert);
+
     std::atomic<std::uint32_t> fused{0};
     for_ranges(job.jobs, chosen, [&](int first, int end) {
         std::uint32_t done = 0;
         for (int i = first; i < end; ++i) {
             // The next chunk arrives while this one is fused.
             const std::uint32_t next = i + 1 < end ? candidates_[chosen_[i + 1]].slot : kNoChunk;
-            done += fuse_chunk(job, candidates_[chosen_[i]],
-                               next == kNoChunk ? nullptr : &volume.geometry(next));
+            done +=
+                fuse_chunk(job, candidates_[chosen_[i]], next == kNoChunk ? nullptr : &volume.geometry(next));
         }
         fused.fetch_add(done, std::memory_order_relaxed);
     });
     counts.fused += fused.load();
+    laps.add(&times_.fuse);
 }
 
 // Evicts until there is room for the chunks that this batch adds or brings back; those it has stay.
@@ -181,7 +217,8 @@ void Integrator::make_room(Job& job, int chosen, std::uint32_t chunks) {
     pin(false);
 }
 
-// Which of the marked chunks does the band reach, by the range of depth where they fall? Their places in the map.
+// Which of the marked chunks does the band reach, by the range of depth where they fall? Their places in the
+// map.
 void Integrator::choose(const Job& job, int first, int end) {
     simd::ChunkBatch batch;
     for (int start = first; start < end; start += simd::kBatchChunks) {
@@ -201,8 +238,8 @@ void Integrator::choose(const Job& job, int first, int end) {
             const bool hidden = reach.most < batch.least_z[i] * (1 - kRounding) - 32768.0f;
             const bool in_front = reach.least > (batch.most_z[i] + 32768.0f) * (1 + kRounding);
             if (hidden || in_front) continue;
-            candidate.key = pack_key(
-                {job.origin.x + batch.x[i], job.origin.y + batch.y[i], job.origin.z + batch.z[i]});
+            candidate.key =
+                pack_key({job.origin.x + batch.x[i], job.origin.y + batch.y[i], job.origin.z + batch.z[i]});
             job.volume.prefetch(candidate.key);
         }
     }
@@ -210,11 +247,11 @@ void Integrator::choose(const Job& job, int first, int end) {
         if (candidates_[i].key != 0) candidates_[i].slot = job.volume.find(candidates_[i].key);
 }
 
-// A colour is well known after some readings; from then on a chunk takes every other frame's, which saves a third of
-// the time and half of the memory traffic. Which chunks are due follows from their keys and their content, so it is
-// the same after loading a map.
+// A colour is well known after some readings; from then on a chunk takes every other frame's, which saves a
+// third of the time and half of the memory traffic. Which chunks are due follows from their keys and their
+// content, so it is the same after loading a map.
 bool Integrator::colour_due(const Job& job, const Candidate& candidate) {
-    constexpr int kSettled = 8;
+    constexpr int kSettled = 4;
     return job.volume.colour_readings(candidate.slot) < kSettled ||
            ((mix64(candidate.key) + job.frame_number) & 1) != 0;
 }
@@ -234,15 +271,23 @@ bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate, const Ch
     if (job.with_colour && colour_due(job, candidate)) {  // they arrive while the distances are fused
         colours = &volume.colour(slot).rgbn[0][0];
         count = simd::select_voxels(distances, job.colour_band, colours, coloured);
-        simd::find_pixels(coloured, count, job.colour, job.colour_projector.base(unpack_key(candidate.key)), pixels);
+        simd::find_pixels(coloured, count, job.colour, job.colour_projector.base(unpack_key(candidate.key)),
+                          pixels);
     }
     ChunkGeometry& chunk = volume.geometry(slot);
-    const int least = simd::fuse_distances(distances, job.projection.weighted() ? weights : nullptr,
-                                           options_.max_weight, chunk.sdf, chunk.weight);
-    volume.least_distance(slot) = static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
+    std::uint16_t moved = 0;
+    const int least =
+        simd::fuse_distances(distances, job.projection.weighted() ? weights : nullptr, options_.max_weight,
+                             chunk.sdf, chunk.weight, job.mesh_band, &moved);
+    volume.moved(slot) = add_saturated(volume.moved(slot), moved);
+    volume.least_distance(slot) =
+        static_cast<std::int16_t>(std::min<int>(volume.least_distance(slot), least));
     if (count > 0) {
-        const int readings = simd::fuse_colours(coloured, count, job.colour, pixels, colours);
-        volume.colour_readings(slot) = static_cast<std::uint8_t>(std::max<int>(volume.colour_readings(slot), readings));
+        const int readings = job.frame.colour_format == PixelFormat::rgb8
+                                 ? simd::fuse_colours(coloured, count, job.colour, pixels, colours)
+                                 : fuse_other_format(job.frame, coloured, count, job.colour, pixels, colours);
+        volume.colour_readings(slot) =
+            static_cast<std::uint8_t>(std::max<int>(volume.colour_readings(slot), readings));
     }
     volume.touch(slot);
     volume.last_seen(slot) = job.frame_number;

@@ -19,13 +19,15 @@ struct Integrator::Job {
     std::uint32_t frame_number;
     float units_per_raw;  // stored units a step of the depth image
     bool along_ray;
-    Vec3i origin;         // chunk that chunk_projection counts from
+    Vec3i origin;  // chunk that chunk_projection counts from
     simd::ChunkProjection chunk_projection;
     bool with_colour;
     simd::ColourFrame colour;
     std::int16_t colour_band;  // voxels with |distance| up to this take colour
+    std::uint16_t mesh_band;   // steps of voxels with |sdf| up to this move the mesh
     Projector colour_projector;
-    Vec3i camera;  // the chunk that it is in
+    const FrameView& frame;  // for its colour, where the format is not RGB
+    Vec3i camera;            // the chunk that it is in
     ChunkStore* store;
 };
 
@@ -44,10 +46,12 @@ struct ChunkReach {
         DepthRange range = job.ranges.all();
         // Nearer than the truncation, pixels may mean nothing, and missing readings need a test of their own.
         if (batch.least_z[i] > 32800.0f) {
-            const float u0 = batch.least_u[i], u1 = batch.most_u[i], v0 = batch.least_v[i], v1 = batch.most_v[i];
+            const float u0 = batch.least_u[i], u1 = batch.most_u[i], v0 = batch.least_v[i],
+                        v1 = batch.most_v[i];
             // Nearest pixels of the image without its border, half a pixel and a little for rounding around.
             const auto pixel = [](float x) { return static_cast<int>(std::min(std::max(x, 0.0f), 1e6f)); };
-            range = job.ranges.over(pixel(u0 - 1.51f), pixel(v0 - 1.51f), pixel(u1 - 0.49f), pixel(v1 - 0.49f));
+            range =
+                job.ranges.over(pixel(u0 - 1.51f), pixel(v0 - 1.51f), pixel(u1 - 0.49f), pixel(v1 - 0.49f));
             projected.far = true;
             projected.inside = u0 > 1 && v0 > 1 && u1 < static_cast<float>(job.image.width) &&
                                v1 < static_cast<float>(job.image.height);
@@ -59,8 +63,9 @@ struct ChunkReach {
     }
 
   private:
-    // Length of the ray with z = 1 through the middle of the chunk: distances along the ray are so much longer than
-    // along z. It changes by a few percent over a chunk and does not move the zero, so one serves all its voxels.
+    // Length of the ray with z = 1 through the middle of the chunk: distances along the ray are so much
+    // longer than along z. It changes by a few percent over a chunk and does not move the zero, so one serves
+    // all its voxels.
     template <class Job>
     static float ray_length(const Job& job, const simd::ChunkBatch& batch, int i) {
         const simd::ChunkProjection& p = job.chunk_projection;

@@ -68,7 +68,22 @@ class File {  // closes itself
 
 }  // namespace
 
-Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path) {
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path,
+                Progress* progress) {
+    struct PathWriter final : MapWriter {
+        Status write(const void* data, std::size_t bytes) override { return file.write(data, bytes); }
+        AtomicFile file;
+    } writer;
+    BURIN_TRY(writer.file.open(path));
+    BURIN_TRY(save_map(chunks, shape, head, writer, path, progress));
+    return writer.file.commit(true);
+}
+
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, MapWriter& writer,
+                const char* name, Progress* progress) {
+    Progress nobody;
+    if (!progress) progress = &nobody;
+    const auto stopped = [] { return Status::error(Code::cancelled, "cancelled"); };
     std::memcpy(head.magic, kMagic, sizeof kMagic);
     head.version = kMapFileVersion;
     head.byte_order = kByteOrder;
@@ -80,33 +95,42 @@ Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head,
     head.unused = 0;
     head.index_hash = 0;
     ChunkSource::Chunk chunk;
-    for (chunks.rewind(); chunks.next(&chunk, false);) {
+    std::uint32_t seen = 0;
+    for (chunks.rewind(); chunks.next(&chunk, false); ++seen) {
+        if (!progress->report(seen, head.chunks)) return stopped();
         const IndexEntry entry = {chunk.key, chunk.checksum};
         head.index_hash = hash_bytes(&entry, sizeof entry, head.index_hash);
     }
     head.head_hash = digest_of(head);
+    progress->next_stage();
 
-    AtomicFile file;
-    static const unsigned char kZeros[kMapFilePage] = {};
-    BURIN_TRY(file.open(path));
-    BURIN_TRY(file.write(&head, sizeof head));
-    BURIN_TRY(file.write(kZeros, kMapFilePage - sizeof head));
-    for (chunks.rewind(); chunks.next(&chunk, false);) {
-        const IndexEntry entry = {chunk.key, chunk.checksum};
-        BURIN_TRY(file.write(&entry, sizeof entry));
+    unsigned char page[kMapFilePage] = {};
+    std::memcpy(page, &head, sizeof head);
+    BURIN_TRY(writer.write(page, sizeof page));
+    chunks.rewind();
+    constexpr std::uint32_t kEntries = kMapFilePage / sizeof(IndexEntry);
+    for (std::uint32_t first = 0; first < head.chunks; first += kEntries) {
+        std::memset(page, 0, sizeof page);
+        for (std::uint32_t i = first; i < std::min(head.chunks, first + kEntries); ++i) {
+            chunks.next(&chunk, false);
+            const IndexEntry entry = {chunk.key, chunk.checksum};
+            std::memcpy(page + (i - first) * sizeof entry, &entry, sizeof entry);
+        }
+        BURIN_TRY(writer.write(page, sizeof page));
     }
-    BURIN_TRY(file.write(kZeros, index_bytes(head.chunks) - std::uint64_t{head.chunks} * sizeof(IndexEntry)));
-    for (const bool colour : {false, true}) {
-        if (colour && !shape.colour) continue;
-        std::uint32_t written = 0;
-        for (chunks.rewind(); chunks.next(&chunk, true); ++written)
-            BURIN_TRY(colour ? file.write(chunk.colour, sizeof *chunk.colour)
-                             : file.write(chunk.geometry, sizeof *chunk.geometry));
-        if (written != head.chunks)
+    const std::uint64_t pieces = std::uint64_t{head.chunks} * (shape.colour ? 2 : 1);
+    for (std::uint64_t i = 0; i < pieces; ++i) {
+        if (!progress->report(i, pieces)) return stopped();
+        if (i % head.chunks == 0) chunks.rewind();
+        if (!chunks.next(&chunk, true))
             return Status::error(Code::io, "%s: cannot write the map: a chunk in the store is unreadable",
-                                 path);
+                                 name);
+        if (i < head.chunks)
+            BURIN_TRY(writer.write(chunk.geometry, sizeof *chunk.geometry));
+        else
+            BURIN_TRY(writer.write(chunk.colour, sizeof *chunk.colour));
     }
-    return file.commit(true);
+    return {};
 }
 
 Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name,
@@ -127,7 +151,7 @@ Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_by
         !std::isfinite(head->truncation_m) || head->config_bytes > sizeof head->config ||
         head->has_colour > 1 || head->chunks > kMaxChunks)
         return damaged(name, "the head holds impossible values");
-    if (file_bytes != expected_bytes(*head))
+    if (file_bytes != kAnyLength && file_bytes != expected_bytes(*head))
         return Status::error(Code::format,
                              "%s: map file is damaged: %llu bytes long, expected %llu for %u chunks", name,
                              static_cast<unsigned long long>(file_bytes),
@@ -149,48 +173,86 @@ Status read_map_head(const char* path, MapFileHead* head) {
     return parse_map_head(bytes, have, size, path, head);
 }
 
-Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch) {
-    volume.clear();
-    File file(path);
-    if (!file || !file.seek(kMapFilePage))
-        return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
-    const auto fail = [&](const char* what) {
+Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch,
+                Progress* progress) {
+    struct PathReader final : MapReader {
+        explicit PathReader(const char* p) : file(p), path(p) {}
+        Status read(void* to, std::size_t bytes) override {
+            return file.read(to, bytes) ? Status() : damaged(path, "it is cut short");
+        }
+        File file;
+        const char* path;
+    } reader(path);
+    if (!reader.file || !reader.file.seek(kMapFilePage)) {
         volume.clear();
-        return damaged(path, what);
-    };
+        return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
+    }
+    return load_map(volume, head, reader, path, scratch, progress);
+}
+
+namespace {
+
+// The chunks' keys, in order and each with its checksum; and nothing behind them in their last page.
+Status load_index(Volume& volume, const MapFileHead& head, MapReader& reader, const char* name) {
     std::uint64_t index_hash = 0;
     ChunkKey previous = 0;
-    for (std::uint32_t i = 0; i < head.chunks; ++i) {
-        IndexEntry entry;
-        if (!file.read(&entry, sizeof entry)) return fail("the index is cut short");
-        if (entry.key <= previous || !chunk_in_range(unpack_key(entry.key)) || entry.key >> 63)
-            return fail("keys are out of order");
-        previous = entry.key;
-        index_hash = hash_bytes(&entry, sizeof entry, index_hash);
-        if (volume.insert(entry.key) == kNoChunk) return fail("it holds more chunks than there is room for");
+    unsigned char page[kMapFilePage];
+    constexpr std::uint32_t kEntries = kMapFilePage / sizeof(IndexEntry);
+    for (std::uint32_t first = 0; first < head.chunks; first += kEntries) {
+        BURIN_TRY(reader.read(page, sizeof page));
+        const std::uint32_t count = std::min(kEntries, head.chunks - first);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            IndexEntry entry;
+            std::memcpy(&entry, page + i * sizeof entry, sizeof entry);
+            if (entry.key <= previous || !chunk_in_range(unpack_key(entry.key)) || entry.key >> 63)
+                return damaged(name, "keys are out of order");
+            previous = entry.key;
+            index_hash = hash_bytes(&entry, sizeof entry, index_hash);
+            if (volume.insert(entry.key) == kNoChunk)
+                return damaged(name, "it holds more chunks than there is room for");
+        }
+        if (!only_zeros(page + count * sizeof(IndexEntry), sizeof page - count * sizeof(IndexEntry)))
+            return damaged(name, "bytes behind the index are not 0");
     }
-    if (index_hash != head.index_hash) return fail("the checksum of the index does not match");
-    unsigned char padding[kMapFilePage];
-    const std::uint64_t rest = index_bytes(head.chunks) - std::uint64_t{head.chunks} * sizeof(IndexEntry);
-    if (!file.read(padding, static_cast<std::size_t>(rest))) return fail("the index is cut short");
-    if (!only_zeros(padding, static_cast<std::size_t>(rest))) return fail("bytes behind the index are not 0");
-    for (std::uint32_t slot = 0; slot < head.chunks; ++slot) {
-        ChunkGeometry& g = volume.geometry(slot);
-        if (!file.read(&g, sizeof g)) return fail("the chunks are cut short");
-        int least = 32767;
-        for (int i = 0; i < kChunkVoxels; ++i)
-            if (g.weight[i] > 0) least = std::min(least, std::abs(static_cast<int>(g.sdf[i])));
-        volume.least_distance(slot) = static_cast<std::int16_t>(least);
-    }
-    if (head.has_colour)
-        for (std::uint32_t slot = 0; slot < head.chunks; ++slot) {
+    if (index_hash != head.index_hash) return damaged(name, "the checksum of the index does not match");
+    return {};
+}
+
+Status load_chunks(Volume& volume, const MapFileHead& head, MapReader& reader, Progress& progress) {
+    const std::uint64_t pieces = std::uint64_t{head.chunks} * (head.has_colour ? 2 : 1);
+    for (std::uint64_t i = 0; i < pieces; ++i) {
+        if (!progress.report(i, pieces)) return Status::error(Code::cancelled, "cancelled");
+        const auto slot = static_cast<std::uint32_t>(i % head.chunks);
+        if (i < head.chunks) {
+            ChunkGeometry& g = volume.geometry(slot);
+            BURIN_TRY(reader.read(&g, sizeof g));
+            int least = 32767;
+            for (int k = 0; k < kChunkVoxels; ++k)
+                if (g.weight[k] > 0) least = std::min(least, std::abs(static_cast<int>(g.sdf[k])));
+            volume.least_distance(slot) = static_cast<std::int16_t>(least);
+            volume.moved(slot) = 65535;  // nothing of it has been meshed
+        } else {
             ChunkColour& c = volume.colour(slot);
-            if (!file.read(&c, sizeof c)) return fail("the chunks are cut short");
+            BURIN_TRY(reader.read(&c, sizeof c));
             for (const auto& voxel : c.rgbn)
                 volume.colour_readings(slot) = std::max(volume.colour_readings(slot), voxel[3]);
         }
-    if (volume.hash(scratch) != head.map_hash) return fail("the checksum of the chunks does not match");
+    }
     return {};
+}
+
+}  // namespace
+
+Status load_map(Volume& volume, const MapFileHead& head, MapReader& reader, const char* name,
+                std::uint32_t* scratch, Progress* progress) {
+    Progress nobody;
+    volume.clear();
+    Status status = load_index(volume, head, reader, name);
+    if (status.ok()) status = load_chunks(volume, head, reader, progress ? *progress : nobody);
+    if (status.ok() && volume.hash(scratch) != head.map_hash)
+        status = damaged(name, "the checksum of the chunks does not match");
+    if (!status.ok()) volume.clear();
+    return status;
 }
 
 }  // namespace burin

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/progress.h"
 #include "core/status.h"
 #include "map/chunk_source.h"
 #include "map/volume.h"
@@ -33,18 +34,43 @@ struct MapFileHead {
 };
 static_assert(sizeof(MapFileHead) <= kMapFilePage);
 
-// Writes a map of this shape to `path` (through `path`.part). `head` gives frames and config; the rest is
-// filled in.
-Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path);
+// Where the bytes of a map go, in order, in pieces of 2 or 4 KiB; and where they come from.
+class MapWriter {
+  public:
+    virtual Status write(const void* data, std::size_t bytes) = 0;
+
+  protected:
+    ~MapWriter() = default;
+};
+class MapReader {
+  public:
+    virtual Status read(void* to, std::size_t bytes) = 0;
+
+  protected:
+    ~MapReader() = default;
+};
+
+// Writes a map of this shape to `path` (through `path`.part) or to a writer, `name` in messages. `head` gives
+// frames and config; the rest is filled in. Two stages of progress.
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path,
+                Progress* progress = nullptr);
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, MapWriter& writer,
+                const char* name, Progress* progress = nullptr);
 
 // Reads and checks the head only. The size of the file must be what the head demands.
 Status read_map_head(const char* path, MapFileHead* head);
-// The same from bytes in memory (for fuzzing and for readers of other storage); `name` is for messages.
+// The same from bytes in memory (for fuzzing and for readers of other storage); `name` is for messages. A
+// file of kAnyLength may have any length.
+inline constexpr std::uint64_t kAnyLength = ~std::uint64_t{0};
 Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name,
                       MapFileHead* head);
 
 // Replaces the content of the volume. Its shape must fit the head: voxel, truncation, colour, capacity
 // (checked by the caller, who knows what to advise). A damaged chunk is an error and leaves the volume empty.
-Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch);
+// The reader stands behind the first page, the head's; `name` is for messages. One stage of progress.
+Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch,
+                Progress* progress = nullptr);
+Status load_map(Volume& volume, const MapFileHead& head, MapReader& reader, const char* name,
+                std::uint32_t* scratch, Progress* progress = nullptr);
 
 }  // namespace burin

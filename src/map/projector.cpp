@@ -37,8 +37,7 @@ void Projector::fill(simd::ChunkProjection* p, Vec3i origin) const {
     for (int k = 0; k < 3; ++k)
         put(k == 0 ? kChunkSide : 0, k == 1 ? kChunkSide : 0, k == 2 ? kChunkSide : 0, &p->step_u[k],
             &p->step_v[k], &p->step_z[k]);
-    for (int k = 0; k < 2; ++k)
-        put(k == 0, k == 1, 0, &p->voxel_u[k], &p->voxel_v[k], &p->voxel_z[k]);
+    for (int k = 0; k < 2; ++k) put(k == 0, k == 1, 0, &p->voxel_u[k], &p->voxel_v[k], &p->voxel_z[k]);
     const simd::ProjectiveBase first = base(origin);
     p->origin_u = first.u;
     p->origin_v = first.v;

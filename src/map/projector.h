@@ -25,7 +25,8 @@ class Projector {
     simd::ProjectiveBase base(Vec3i chunk) const;
 
   private:
-    // Component k (u, v or z) of a point in voxels: (0, 0, 0) is the low corner of the world's voxel (0, 0, 0).
+    // Component k (u, v or z) of a point in voxels: (0, 0, 0) is the low corner of the world's voxel (0, 0,
+    // 0).
     double at(int k, double x, double y, double z) const { return offset_[k] + step(k, x, y, z); }
     // Of a difference of points.
     double step(int k, double x, double y, double z) const {

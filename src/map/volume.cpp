@@ -15,6 +15,8 @@ void Volume::place(Arena& arena, const VolumeShape& shape) {
     keys_ = arena.allocate<ChunkKey>(shape.capacity, 64);
     last_seen_ = arena.allocate<std::uint32_t>(shape.capacity, 64);
     least_distance_ = arena.allocate<std::int16_t>(shape.capacity, 64);
+    moved_ = arena.allocate<std::uint16_t>(shape.capacity, 64);
+    mesh_lag_ = arena.allocate<std::uint16_t>(shape.capacity, 64);
     flags_ = arena.allocate<std::uint8_t>(shape.capacity, 64);
     colour_readings_ = arena.allocate<std::uint8_t>(shape.colour ? shape.capacity : 0, 64);
     geometry_ = arena.allocate<ChunkGeometry>(shape.capacity, 64);
@@ -44,6 +46,7 @@ std::uint32_t Volume::insert(ChunkKey key) {
     keys_[slot] = key;
     last_seen_[slot] = 0;
     least_distance_[slot] = 32767;
+    moved_[slot] = mesh_lag_[slot] = 0;
     flags_[slot] = kChunkDirty;
     std::memset(&geometry_[slot], 0, sizeof(ChunkGeometry));
     if (shape_.colour) {
@@ -77,6 +80,8 @@ void Volume::remove(std::uint32_t slot) {
     keys_[slot] = keys_[last];
     last_seen_[slot] = last_seen_[last];
     least_distance_[slot] = least_distance_[last];
+    moved_[slot] = moved_[last];
+    mesh_lag_[slot] = mesh_lag_[last];
     flags_[slot] = flags_[last];
     geometry_[slot] = geometry_[last];
     if (!shape_.colour) return;

@@ -16,11 +16,18 @@ inline constexpr std::uint32_t kNoChunk = 0xffffffffu;
 
 // Bits of Volume::flags.
 enum : std::uint8_t {
-    kChunkDirty = 1,   // changed, and its neighbours have not been told
-    kChunkStale = 2,   // its mesh may differ from the one last extracted
-    kChunkSaved = 4,   // the store has these very bytes
-    kChunkPinned = 8,  // must stay where it is while others are evicted
+    kChunkDirty = 1,     // changed, and its neighbours have not been told
+    kChunkStale = 2,     // its mesh may differ from the one last extracted
+    kChunkListed = 4,    // to be meshed: said to the caller
+    kChunkMeshed = 8,    // has been meshed
+    kChunkSurface = 16,  // and held surface
+    kChunkSaved = 32,    // the store has these very bytes
+    kChunkPinned = 64,   // must stay where it is while others are evicted
 };
+
+inline std::uint16_t add_saturated(std::uint16_t a, std::uint16_t b) {
+    return static_cast<std::uint16_t>(a + b > 65535 ? 65535 : a + b);
+}
 
 struct VolumeShape {
     std::uint32_t capacity = 0;  // chunks
@@ -72,6 +79,14 @@ class Volume {
     std::int16_t& least_distance(std::uint32_t slot) { return least_distance_[slot]; }
     std::int16_t least_distance(std::uint32_t slot) const { return least_distance_[slot]; }
 
+    // How far the surface in the chunk can have moved since its neighbours were told, in units of sdf: the
+    // sum of each frame's largest step. 65535, as much as can be told, where voxels near the surface are new.
+    std::uint16_t& moved(std::uint32_t slot) { return moved_[slot]; }
+    std::uint16_t moved(std::uint32_t slot) const { return moved_[slot]; }
+    // The same since the chunk was last meshed, neighbours included, as far as told.
+    std::uint16_t& mesh_lag(std::uint32_t slot) { return mesh_lag_[slot]; }
+    std::uint16_t mesh_lag(std::uint32_t slot) const { return mesh_lag_[slot]; }
+
     // The largest count of readings of a voxel's colour.
     std::uint8_t& colour_readings(std::uint32_t slot) { return colour_readings_[slot]; }
     std::uint8_t colour_readings(std::uint32_t slot) const { return colour_readings_[slot]; }
@@ -109,6 +124,8 @@ class Volume {
     ChunkKey* keys_ = nullptr;
     std::uint32_t* last_seen_ = nullptr;
     std::int16_t* least_distance_ = nullptr;
+    std::uint16_t* moved_ = nullptr;
+    std::uint16_t* mesh_lag_ = nullptr;
     std::uint8_t* flags_ = nullptr;
     std::uint8_t* colour_readings_ = nullptr;
     ChunkGeometry* geometry_ = nullptr;

@@ -6,50 +6,79 @@
 #include <cstring>
 
 #include "core/marching_cubes_table.h"
+#include "mesh/chunk_block.h"
 
 namespace burin {
 namespace {
 
-void write_vertex(const ChunkBlock::Vertex& v, std::uint64_t at, const MeshBuffers& out) {
-    for (int k = 0; k < 3; ++k) {
-        out.positions[3 * at + static_cast<std::uint64_t>(k)] = v.position[k];
-        if (out.normals) out.normals[3 * at + static_cast<std::uint64_t>(k)] = v.normal[k];
-        if (out.colours) out.colours[3 * at + static_cast<std::uint64_t>(k)] = v.rgb[k];
-    }
+inline void write_vertex(const ChunkBlock& block, int x, int y, int z, int axis, std::uint64_t at,
+                         const MeshBuffers& out) {
+    const ChunkBlock::Vertex v = block.vertex(x, y, z, axis, out.normals != nullptr, out.colours != nullptr);
+    std::memcpy(out.positions + 3 * at, &v.position, sizeof v.position);
+    if (out.normals) std::memcpy(out.normals + 3 * at, &v.normal, sizeof v.normal);
+    if (out.colours) std::memcpy(out.colours + 3 * at, v.rgb, sizeof v.rgb);
 }
 
-// Calls body(x, y, z, triangles of the cell) for the chunk's own active cells in (z, y, x) order.
+// Calls body(bit, z, triangles of the cell) for the active cells in (z, y, x) order; bit = 8 * y + x.
 template <class Body>
-void for_own_cells(const ChunkBlock& block, Body&& body) {
+void for_cells(const std::uint64_t active[8], const ChunkCells& cells, Body&& body) {
     for (int z = 0; z < 8; ++z)
-        for (int y = 0; y < 8; ++y)
-            for (unsigned row = block.active_cells(y, z) >> 1; row != 0; row &= row - 1) {
-                const int x = std::countr_zero(row);
-                body(x, y, z, kMarchingCubes[static_cast<std::size_t>(block.configuration(x, y, z))]);
-            }
+        for (std::uint64_t left = active[z]; left != 0; left &= left - 1) {
+            const int bit = std::countr_zero(left);
+            body(bit, z, kMarchingCubes[static_cast<std::size_t>(cells.configuration(bit, z))]);
+        }
 }
 
-// An own edge carries a vertex when it crosses and one of the four cells around it is active.
-void find_edges(const ChunkBlock& block, std::uint64_t edges[24]) {
-    for (int z = 0; z < 8; ++z) {
-        std::uint64_t groups[3] = {};
-        for (int y = 0; y < 8; ++y) {
-            // Bit x + 1 for cell x; shifted left by one, the same bit stands for cell x - 1.
-            const unsigned here = block.active_cells(y, z), below_y = block.active_cells(y - 1, z),
-                           below_z = block.active_cells(y, z - 1),
-                           below_both = block.active_cells(y - 1, z - 1);
-            const unsigned around[3] = {here | below_y | below_z | below_both,
-                                        here | here << 1 | below_z | below_z << 1,
-                                        here | here << 1 | below_y | below_y << 1};
-            const unsigned row = block.inside_row(y, z);
-            const unsigned cross[3] = {row ^ row >> 1, row ^ block.inside_row(y + 1, z),
-                                       row ^ block.inside_row(y, z + 1)};
-            for (int axis = 0; axis < 3; ++axis)
-                groups[axis] |= static_cast<std::uint64_t>(around[axis] >> 1 & cross[axis] >> 1 & 0xff)
-                                << 8 * y;
-        }
-        for (int axis = 0; axis < 3; ++axis) edges[axis * 8 + z] = groups[axis];
+// A place for every edge from voxels at 0..8: EdgePlaces::of(x, y, z, axis), and the step to it from a cell's
+// low corner for the 12 edges of a cell.
+struct EdgePlaces {
+    static constexpr int kSide = 9, kCount = 3 * kSide * kSide * kSide;
+    static constexpr int of(int x, int y, int z, int axis) {
+        return 3 * ((z * kSide + y) * kSide + x) + axis;
     }
+    int step[12] = {};
+    constexpr EdgePlaces() {
+        for (std::size_t e = 0; e < 12; ++e) {
+            const CubeEdge edge = kCubeEdges[e];
+            step[e] = of(edge.corner & 1, edge.corner >> 1 & 1, edge.corner >> 2, edge.axis);
+        }
+    }
+};
+constexpr EdgePlaces kEdgePlaces;
+
+// Slots of the chunks at (i & 1, i >> 1 & 1, i >> 2) times `side` from a chunk.
+void find_beside(const Volume& volume, std::uint32_t slot, int side, std::uint32_t out[8]) {
+    const Vec3i c = unpack_key(volume.key(slot));
+    out[0] = slot;
+    for (int i = 1; i < 8; ++i) {
+        const Vec3i beside{c.x + side * (i & 1), c.y + side * (i >> 1 & 1), c.z + side * (i >> 2)};
+        out[i] = chunk_in_range(beside) ? volume.find(pack_key(beside)) : kNoChunk;
+    }
+}
+
+void upper_of(const Neighbourhood& neighbours, std::uint32_t out[8]) {
+    for (int i = 0; i < 8; ++i)
+        out[i] = neighbours.slot[((i >> 2) + 1) * 9 + ((i >> 1 & 1) + 1) * 3 + (i & 1) + 1];
+}
+
+// First and last plane of cells that hold surface.
+struct Planes {
+    int first = 0, last = 7;
+    explicit Planes(const std::uint64_t active[8]) {
+        while (first < 7 && active[first] == 0) ++first;
+        while (last > first && active[last] == 0) --last;
+    }
+};
+
+constexpr int kPerItem = 16;  // chunks a step of the job counter, some 10 us
+
+template <class Body>
+void for_slots(Jobs& jobs, const Volume& volume, Body&& body) {
+    const int live = static_cast<int>(volume.live());
+    jobs.run((live + kPerItem - 1) / kPerItem, [&](int item, int) {
+        for (int slot = item * kPerItem; slot < std::min(live, (item + 1) * kPerItem); ++slot)
+            body(static_cast<std::uint32_t>(slot));
+    });
 }
 
 }  // namespace
@@ -59,32 +88,67 @@ void Mesher::place(Arena& arena, std::uint32_t capacity) {
     order_ = arena.allocate<std::uint32_t>(capacity, 64);
 }
 
+void Mesher::find_cells(const Volume& volume, std::uint32_t slot, const CellRule& rule) {
+    ChunkMesh& mesh = chunks_[slot];
+    std::memset(mesh.active, 0, sizeof mesh.active);
+    mesh.triangles = 0;
+    std::uint32_t upper[8];
+    find_beside(volume, slot, 1, upper);
+    const ChunkCells cells(volume, upper, rule);
+    if (!cells.find_active(mesh.active)) return;
+    for_cells(mesh.active, cells, [&](int, int, const CubeTriangles& cell) { mesh.triangles += cell.count; });
+}
+
+// An own edge carries a vertex when it crosses and one of the four cells around it is active.
+void Mesher::find_edges(const Volume& volume, std::uint32_t slot, const CellRule& rule) {
+    ChunkMesh& mesh = chunks_[slot];
+    static constexpr std::uint64_t kNone[8] = {};
+    const std::uint64_t* active[8];
+    std::uint32_t lower[8];
+    find_beside(volume, slot, -1, lower);
+    std::uint64_t any = 0;
+    for (int i = 0; i < 8; ++i) {
+        active[i] = lower[i] == kNoChunk ? kNone : chunks_[lower[i]].active;
+        for (int z = i < 4 ? 0 : 7; z < 8; ++z) any |= active[i][z];
+    }
+    mesh.vertices = 0;
+    std::memset(mesh.edges, 0, sizeof mesh.edges);
+    if (any == 0) return;
+
+    std::uint32_t upper[8];
+    find_beside(volume, slot, 1, upper);
+    const ChunkCells cells(volume, upper, rule);
+    struct Cells {
+        std::uint64_t at, x, y, xy;  // bit 8 * y + x: the cell there, and those one step before
+    };
+    const auto plane = [&](int z) {
+        const std::uint64_t* const* a = z < 0 ? active + 4 : active;
+        z &= 7;
+        const std::uint64_t y = last_y(a[0][z], a[2][z]);
+        return Cells{a[0][z], last_x(a[0][z], a[1][z]), y, last_x(y, last_y(a[1][z], a[3][z]))};
+    };
+    Cells below = plane(-1);
+    for (int z = 0; z < 8; ++z) {
+        const Cells here = plane(z);
+        const ChunkCells::Plane& inside = cells.inside(z);
+        mesh.edges[z] = (here.at | here.y | below.at | below.y) & (inside.at ^ inside.x);
+        mesh.edges[8 + z] = (here.at | here.x | below.at | below.x) & (inside.at ^ inside.y);
+        mesh.edges[16 + z] = (here.at | here.x | here.y | here.xy) & (inside.at ^ cells.inside(z + 1).at);
+        below = here;
+    }
+    for (int group = 0; group < 24; ++group) {
+        mesh.rank[group] = static_cast<std::uint16_t>(mesh.vertices);
+        mesh.vertices += static_cast<std::uint32_t>(std::popcount(mesh.edges[group]));
+    }
+}
+
 MeshCounts Mesher::count(const Volume& volume, const MeshOptions& options, Jobs& jobs) {
     volume.sorted_slots(order_);
-    constexpr int kPerItem = 16;
-    const int live = static_cast<int>(volume.live());
-    jobs.run((live + kPerItem - 1) / kPerItem, [&](int item, int) {
-        for (int slot = item * kPerItem; slot < std::min(live, (item + 1) * kPerItem); ++slot) {
-            ChunkMesh& mesh = chunks_[slot];
-            const ChunkBlock block(volume, static_cast<std::uint32_t>(slot), options);
-            if (block.empty()) {
-                mesh = {};
-                continue;
-            }
-            find_edges(block, mesh.edges);
-            std::uint32_t vertices = 0;
-            for (int group = 0; group < 24; ++group) {
-                mesh.rank[group] = static_cast<std::uint16_t>(vertices);
-                vertices += static_cast<std::uint32_t>(std::popcount(mesh.edges[group]));
-            }
-            mesh.vertices = vertices;
-            mesh.triangles = 0;
-            for_own_cells(block,
-                          [&](int, int, int, const CubeTriangles& cell) { mesh.triangles += cell.count; });
-        }
-    });
+    const CellRule rule(volume, options);
+    for_slots(jobs, volume, [&](std::uint32_t slot) { find_cells(volume, slot, rule); });
+    for_slots(jobs, volume, [&](std::uint32_t slot) { find_edges(volume, slot, rule); });
     MeshCounts total;
-    for (int i = 0; i < live; ++i) {
+    for (std::uint32_t i = 0; i < volume.live(); ++i) {
         ChunkMesh& mesh = chunks_[order_[i]];
         mesh.first_vertex = static_cast<std::uint32_t>(total.vertices);
         mesh.first_triangle = static_cast<std::uint32_t>(total.triangles);
@@ -96,66 +160,104 @@ MeshCounts Mesher::count(const Volume& volume, const MeshOptions& options, Jobs&
 
 void Mesher::extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out,
                      Jobs& jobs) const {
-    constexpr int kPerItem = 16;
-    const int live = static_cast<int>(volume.live());
-    jobs.run((live + kPerItem - 1) / kPerItem, [&](int item, int) {
-        for (int slot = item * kPerItem; slot < std::min(live, (item + 1) * kPerItem); ++slot)
-            if (chunks_[slot].vertices > 0 || chunks_[slot].triangles > 0)
-                extract_chunk(volume, static_cast<std::uint32_t>(slot), options, out);
+    const CellRule rule(volume, options);
+    for_slots(jobs, volume, [&](std::uint32_t slot) {
+        if (chunks_[slot].vertices > 0 || chunks_[slot].triangles > 0) extract_chunk(volume, slot, rule, out);
     });
 }
 
-void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+// Calls put(x, y, z, axis, vertex) for the edges that belong to the chunks above and lie on this one's
+// border.
+template <class Put>
+void Mesher::for_edges_beyond(const Neighbourhood& neighbours, Put&& put) const {
+    for (int i = 1; i < 8; ++i) {
+        const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
+        const std::uint32_t slot = neighbours.slot[(dz + 1) * 9 + (dy + 1) * 3 + dx + 1];
+        if (slot == kNoChunk || chunks_[slot].vertices == 0) continue;
+        const ChunkMesh& mesh = chunks_[slot];
+        const std::uint64_t border =
+            (dx ? kFirstColumn : ~std::uint64_t{0}) & (dy ? 0xff : ~std::uint64_t{0});
+        for (int axis = 0; axis < 3; ++axis)
+            for (int z = 0; z < (dz ? 1 : 8); ++z) {
+                const int group = axis * 8 + z;
+                std::uint64_t left = mesh.edges[group] & border;
+                if (left == 0) continue;
+                std::uint32_t vertex = mesh.first_vertex + mesh.rank[group];
+                std::uint64_t counted = 0;  // bits below this one are in `vertex`
+                for (; left != 0; left &= left - 1) {
+                    const int bit = std::countr_zero(left);
+                    const std::uint64_t before = (std::uint64_t{1} << bit) - 1;
+                    if (dx)
+                        vertex +=
+                            static_cast<std::uint32_t>(std::popcount(mesh.edges[group] & before & ~counted));
+                    counted = before;
+                    put(8 * dx + (bit & 7), 8 * dy + (bit >> 3), 8 * dz + z, axis, vertex);
+                    if (!dx) ++vertex;  // without holes from the first bit on
+                }
+            }
+    }
+}
+
+void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const CellRule& rule,
                            const MeshBuffers& out) const {
-    ChunkBlock block(volume, slot, options);
-    block.gather_weights();
     const ChunkMesh& mesh = chunks_[slot];
-    std::uint64_t at = mesh.first_vertex;
-    for (int group = 0; group < 24; ++group)
-        for (std::uint64_t left = mesh.edges[group]; left != 0; left &= left - 1) {
-            const int bit = std::countr_zero(left);
-            write_vertex(block.vertex(bit & 7, bit >> 3, group & 7, group >> 3), at++, out);
-        }
-
+    const Neighbourhood neighbours(volume, unpack_key(volume.key(slot)));
+    std::uint32_t id[EdgePlaces::kCount];  // only those that carry a vertex are written, and read
+    if (mesh.vertices > 0) {
+        std::uint64_t planes[8];
+        for (int z = 0; z < 8; ++z) planes[z] = mesh.edges[z] | mesh.edges[8 + z] | mesh.edges[16 + z];
+        const Planes used(planes);
+        const ChunkBlock block(volume, neighbours, used.first, used.last);
+        std::uint32_t at = mesh.first_vertex;
+        for (int group = 0; group < 24; ++group)
+            for (std::uint64_t left = mesh.edges[group]; left != 0; left &= left - 1) {
+                const int bit = std::countr_zero(left), x = bit & 7, y = bit >> 3, z = group & 7,
+                          axis = group >> 3;
+                write_vertex(block, x, y, z, axis, at, out);
+                id[EdgePlaces::of(x, y, z, axis)] = at++;
+            }
+    }
+    if (mesh.triangles == 0) return;
+    for_edges_beyond(neighbours, [&](int x, int y, int z, int axis, std::uint32_t vertex) {
+        id[EdgePlaces::of(x, y, z, axis)] = vertex;
+    });
+    std::uint32_t upper[8];
+    upper_of(neighbours, upper);
+    const ChunkCells cells(volume, upper, rule);
     std::uint32_t* triangle = out.triangles + 3 * std::uint64_t{mesh.first_triangle};
-    for_own_cells(block, [&](int x, int y, int z, const CubeTriangles& cell) {
-        std::uint32_t id[12];
-        for (unsigned left = cell.edges; left != 0; left &= left - 1) {
-            const int e = std::countr_zero(left);
-            const CubeEdge edge = kCubeEdges[static_cast<std::size_t>(e)];
-            const int ex = x + (edge.corner & 1), ey = y + (edge.corner >> 1 & 1),
-                      ez = z + (edge.corner >> 2);
-            // Known corners exist, so their chunk does.
-            const ChunkMesh& owner = chunks_[block.neighbours().slot[Neighbourhood::place(ex, ey, ez)]];
-            const int group = edge.axis * 8 + (ez & 7), bit = (ey & 7) * 8 + (ex & 7);
-            const std::uint64_t before = owner.edges[group] & ((std::uint64_t{1} << bit) - 1);
-            id[e] =
-                owner.first_vertex + owner.rank[group] + static_cast<std::uint32_t>(std::popcount(before));
-        }
+    for_cells(mesh.active, cells, [&](int bit, int z, const CubeTriangles& cell) {
+        const std::uint32_t* here = id + EdgePlaces::of(bit & 7, bit >> 3, z, 0);
         for (int t = 0; t < cell.count; ++t)
-            for (int k = 0; k < 3; ++k) *triangle++ = id[cell.edge[t][k]];
+            for (int k = 0; k < 3; ++k) *triangle++ = here[kEdgePlaces.step[cell.edge[t][k]]];
     });
 }
 
-MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out) {
-    ChunkBlock block(volume, slot, options);
-    if (block.empty()) return {};
-    block.gather_weights();
+    const CellRule rule(volume, options);
+    std::uint32_t upper[8];
+    upper_of(neighbours, upper);
+    const ChunkCells cells(volume, upper, rule);
+    std::uint64_t active[8];
+    if (!cells.find_active(active)) return {};
+    const Planes used(active);
+    const ChunkBlock block(volume, neighbours, used.first, used.last + 1);
     constexpr std::uint16_t kNone = 0xffff;
-    std::uint16_t id[3 * 9 * 9 * 9];
+    std::uint16_t id[EdgePlaces::kCount];
     std::memset(id, 0xff, sizeof id);
     MeshCounts counts;
-    for_own_cells(block, [&](int x, int y, int z, const CubeTriangles& cell) {
+    for_cells(active, cells, [&](int bit, int z, const CubeTriangles& cell) {
+        const int x = bit & 7, y = bit >> 3;
+        std::uint16_t* here = id + EdgePlaces::of(x, y, z, 0);
         for (int t = 0; t < cell.count; ++t)
             for (int k = 0; k < 3; ++k) {
-                const CubeEdge edge = kCubeEdges[cell.edge[t][k]];
-                const int ex = x + (edge.corner & 1), ey = y + (edge.corner >> 1 & 1),
-                          ez = z + (edge.corner >> 2);
-                std::uint16_t& vertex = id[((edge.axis * 9 + ez) * 9 + ey) * 9 + ex];
+                const int e = cell.edge[t][k];
+                std::uint16_t& vertex = here[kEdgePlaces.step[e]];
                 if (vertex == kNone) {
+                    const CubeEdge edge = kCubeEdges[static_cast<std::size_t>(e)];
                     vertex = static_cast<std::uint16_t>(counts.vertices);
-                    write_vertex(block.vertex(ex, ey, ez, edge.axis), counts.vertices++, out);
+                    write_vertex(block, x + (edge.corner & 1), y + (edge.corner >> 1 & 1),
+                                 z + (edge.corner >> 2), edge.axis, counts.vertices++, out);
                 }
                 out.triangles[3 * counts.triangles + static_cast<std::uint64_t>(k)] = vertex;
                 if (k == 2) ++counts.triangles;

@@ -7,8 +7,9 @@
 
 #include "core/arena.h"
 #include "core/jobs.h"
+#include "map/neighbourhood.h"
 #include "map/volume.h"
-#include "mesh/chunk_block.h"
+#include "mesh/chunk_cells.h"
 
 namespace burin {
 
@@ -28,22 +29,27 @@ class Mesher {
     void place(Arena& arena, std::uint32_t capacity);
 
     // Pass one: which edges carry vertices, and how many triangles each chunk has. extract() must follow
-    // before the volume changes; vertices and triangles come in key order of their chunks, whatever the
-    // slots.
+    // before the volume changes, with the same options; vertices and triangles come in key order of their
+    // chunks, whatever the slots.
     MeshCounts count(const Volume& volume, const MeshOptions& options, Jobs& jobs);
     // Pass two, into buffers of at least the counted sizes.
     void extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) const;
 
   private:
     // An edge belongs to the chunk of its low voxel. Those that carry a vertex are bits: group = axis * 8 +
-    // z, bit 8 * y + x. 264 bytes a chunk.
+    // z, bit 8 * y + x. 320 bytes a chunk.
     struct ChunkMesh {
+        std::uint64_t active[8];  // cells, bit 8 * y + x of word z
         std::uint64_t edges[24];
         std::uint16_t rank[24];  // vertices of this chunk before the group
         std::uint32_t first_vertex, first_triangle, vertices, triangles;
     };
-    void extract_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+    void find_cells(const Volume& volume, std::uint32_t slot, const CellRule& rule);
+    void find_edges(const Volume& volume, std::uint32_t slot, const CellRule& rule);
+    void extract_chunk(const Volume& volume, std::uint32_t slot, const CellRule& rule,
                        const MeshBuffers& out) const;
+    template <class Put>
+    void for_edges_beyond(const Neighbourhood& neighbours, Put&& put) const;
 
     ChunkMesh* chunks_ = nullptr;     // by slot
     std::uint32_t* order_ = nullptr;  // slots in key order
@@ -52,9 +58,9 @@ class Mesher {
 inline constexpr int kMaxChunkVertices = 3 * 8 * 9 * 9;  // edges on and inside a 9 x 9 x 9 lattice of voxels
 inline constexpr int kMaxChunkTriangles = 5 * 512;
 
-// The cells of one chunk by themselves. `out` must hold kMaxChunkVertices and kMaxChunkTriangles. Positions
-// on the border equal those of the neighbour's mesh bit for bit.
-MeshCounts mesh_chunk(const Volume& volume, std::uint32_t slot, const MeshOptions& options,
+// The cells of the chunk in the middle by themselves. `out` must hold kMaxChunkVertices and
+// kMaxChunkTriangles. Positions on the border equal those of the neighbour's mesh bit for bit.
+MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out);
 
 // See burin_mesh_remove_small.

@@ -53,10 +53,12 @@ void FusionSession::clear() {
     volume_.clear();
     store_.is_open() ? store_.forget() : store_.clear();
     frames_ = dropped_ = 0;
+    counted_ = false;
 }
 
 FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
     FrameReport report;
+    counted_ = false;
     const double start = now_ms();
     depth_.prepare(frame, jobs);
     const double prepared = now_ms();
@@ -102,6 +104,7 @@ void FusionSession::bring_around(ChunkKey key) {
         if (store_.holds(k)) away[count++] = k;
     });
     if (count == 0) return;
+    counted_ = false;  // slots change
     const auto pin = [&](bool on) {
         for_neighbours([&](ChunkKey k) {
             const std::uint32_t slot = volume_.find(k);
@@ -121,37 +124,42 @@ MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& option
     bring_around(key);
     const std::uint32_t slot = volume_.find(key);
     if (slot == kNoChunk) return {};
-    spread_dirt_of(slot);  // a frame may have come in since the dirty chunks were listed
-    volume_.flags(slot) = static_cast<std::uint8_t>(volume_.flags(slot) & ~kChunkStale);
-    return mesh_chunk(volume_, slot, options, out);
+    const Neighbourhood around(volume_, unpack_key(key));
+    const MeshCounts counts = mesh_chunk(volume_, around, options, out);
+    mark_meshed(volume_, around, counts.triangles > 0);
+    return counts;
 }
 
-// A change reaches the meshes of all neighbours: their cells read the voxels on the border, their normals one
-// more.
-void FusionSession::spread_dirt_of(std::uint32_t slot) {
-    if (!(volume_.flags(slot) & kChunkDirty)) return;
-    const Neighbourhood around(volume_, unpack_key(volume_.key(slot)));
-    for (const std::uint32_t neighbour : around.slot)
-        if (neighbour != kNoChunk) volume_.flags(neighbour) |= kChunkStale;
-    volume_.flags(slot) = static_cast<std::uint8_t>(volume_.flags(slot) & ~kChunkDirty);
-}
-
-void FusionSession::spread_dirt() {
-    for (std::uint32_t slot = 0; slot < volume_.live(); ++slot) spread_dirt_of(slot);
-}
-
-Status FusionSession::save(const char* path, const MapFileHead& head) {
+template <class Body>
+Status FusionSession::with_all_chunks(Body&& body) {
     if (store_.away() > 0) {
         StoreSource all(volume_, store_);
-        return save_map(all, options_.volume, head, path);
+        return body(all);
     }
     VolumeSource resident(volume_, scratch_);
-    return save_map(resident, options_.volume, head, path);
+    return body(resident);
 }
 
-Status FusionSession::load(const char* path, const MapFileHead& head) {
+Status FusionSession::save(const char* path, const MapFileHead& head, Progress* progress) {
+    return with_all_chunks(
+        [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, path, progress); });
+}
+
+Status FusionSession::save(MapWriter& writer, const MapFileHead& head, const char* name, Progress* progress) {
+    return with_all_chunks(
+        [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, writer, name, progress); });
+}
+
+Status FusionSession::load(const char* path, const MapFileHead& head, Progress* progress) {
     clear();
-    BURIN_TRY(load_map(volume_, head, path, scratch_));
+    BURIN_TRY(load_map(volume_, head, path, scratch_, progress));
+    frames_ = head.frames;
+    return {};
+}
+
+Status FusionSession::load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress) {
+    clear();
+    BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress));
     frames_ = head.frames;
     return {};
 }
@@ -167,6 +175,7 @@ Status FusionSession::resume_store(const char* path) {
     volume_.clear();
     frames_ = frames;
     dropped_ = 0;
+    counted_ = false;
     return {};
 }
 

@@ -16,6 +16,7 @@
 #include "map/map_file.h"
 #include "map/raycast.h"
 #include "map/volume.h"
+#include "mesh/changes.h"
 #include "mesh/mesher.h"
 
 namespace burin {
@@ -50,26 +51,27 @@ class FusionSession {
     // `frame` must have been checked.
     FrameReport integrate(const FrameView& frame, Jobs& jobs);
 
+    // Asked twice without a frame between, it remembers: the size first, then the mesh.
     MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
-        return mesher_.count(volume_, options, jobs);
+        if (counted(options)) return counts_;
+        counts_ = mesher_.count(volume_, options, jobs);
+        counted_options_ = options;
+        counted_ = !jobs.stopped();
+        return counts_;
     }
+    bool counted(const MeshOptions& options) const { return counted_ && counted_options_ == options; }
     void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) {
         mesher_.extract(volume_, options, out, jobs);
     }
-    // One chunk's mesh for streaming; clears its dirty mark.
+    // One chunk's mesh for streaming; it is no longer listed then.
     MeshCounts mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out);
-    // Changed chunks and those whose cells or normals read them, in key order: put(i, chunk) for the first
-    // `capacity`. Returns how many there are.
+    // The chunks to be meshed again, in key order: put(i, chunk) for the first `capacity`. Returns how many
+    // there are.
     template <class Put>
-    std::uint64_t dirty_chunks(Put&& put, std::uint64_t capacity) {
-        spread_dirt();
-        volume_.sorted_slots(scratch_);
-        std::uint64_t count = 0;
-        for (std::uint32_t i = 0; i < volume_.live(); ++i) {
-            if (!(volume_.flags(scratch_[i]) & kChunkStale)) continue;
-            if (count < capacity) put(count, unpack_key(volume_.key(scratch_[i])));
-            ++count;
-        }
+    std::uint64_t changed_chunks(const ChangeRule& rule, Put&& put, std::uint64_t capacity) {
+        const std::uint32_t count = list_changed(volume_, rule, frames_, scratch_);
+        for (std::uint32_t i = 0; i < count && i < capacity; ++i)
+            put(i, unpack_key(volume_.key(scratch_[i])));
         return count;
     }
 
@@ -78,8 +80,11 @@ class FusionSession {
         raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
     }
 
-    Status save(const char* path, const MapFileHead& head);
-    Status load(const char* path, const MapFileHead& head);
+    Status save(const char* path, const MapFileHead& head, Progress* progress = nullptr);
+    Status save(MapWriter& writer, const MapFileHead& head, const char* name, Progress* progress);
+    // On failure the map is empty.
+    Status load(const char* path, const MapFileHead& head, Progress* progress = nullptr);
+    Status load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress);
     std::uint64_t hash();  // of all chunks, also of those in the store
 
     Status start_store() { return store_.start(); }  // its thread
@@ -115,8 +120,8 @@ class FusionSession {
   private:
     Vec3i middle_of_view(const FrameView& frame) const;
     void bring_around(ChunkKey key);
-    void spread_dirt();
-    void spread_dirt_of(std::uint32_t slot);
+    template <class Body>  // body(ChunkSource&)
+    Status with_all_chunks(Body&& body);
 
     FusionOptions options_;
     Volume volume_;
@@ -126,6 +131,9 @@ class FusionSession {
     Mesher mesher_;
     std::uint32_t* scratch_ = nullptr;  // one entry a chunk
     std::uint64_t frames_ = 0, dropped_ = 0;
+    bool counted_ = false;  // counts_ and what mesher_ holds are of the volume as it is
+    MeshOptions counted_options_;
+    MeshCounts counts_;
 };
 
 }  // namespace burin

@@ -24,9 +24,9 @@ void band_boxes(const BandView& view, const float* u, const float* v, const std:
             box.low[r] = static_cast<std::uint16_t>(std::min(std::max(low, 0.0f), 65535.0f));
             box.high[r] = static_cast<std::uint16_t>(std::min(std::max(high, 0.0f), 65535.0f));
         }
-        box.kind = ranges[i] == 0                           ? ChunkBox::kNone
+        box.kind = ranges[i] == 0                      ? ChunkBox::kNone
                    : largest_m - least_m > view.deep_m ? ChunkBox::kDeep
-                                                            : ChunkBox::kBox;
+                                                       : ChunkBox::kBox;
     }
 }
 

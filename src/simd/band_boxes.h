@@ -13,9 +13,10 @@ namespace burin::simd {
 struct BandView {
     float slope_u[3], slope_v[3], slope_1[3];  // chunks a metre of depth
     float half_slope[3];  // to either side of the middle of a piece (a tile or a pixel), rounding included
-    float start_low[3], start_high[3];  // added to the low and high ends of a box before they are rounded down
-    float unit_m;                       // a step of the depth image
-    float deep_m;                       // pieces deeper than this are not boxed
+    float start_low[3],
+        start_high[3];  // added to the low and high ends of a box before they are rounded down
+    float unit_m;       // a step of the depth image
+    float deep_m;       // pieces deeper than this are not boxed
     TruncationModel truncation;
 };
 
@@ -29,9 +30,9 @@ struct ChunkBox {
     std::uint16_t low[3], kind, high[3], unused;
 };
 
-// boxes[i] for the piece around pixel (u[i], v[i]) with depths ranges[i] = least | largest << 16, both 0 where
-// there is none: near = least - tau(largest), not below 0, far = largest + tau(largest). Ends are clipped to
-// 0..65535. u, v, ranges and boxes have room for `count` rounded up to 16.
+// boxes[i] for the piece around pixel (u[i], v[i]) with depths ranges[i] = least | largest << 16, both 0
+// where there is none: near = least - tau(largest), not below 0, far = largest + tau(largest). Ends are
+// clipped to 0..65535. u, v, ranges and boxes have room for `count` rounded up to 16.
 void band_boxes(const BandView& view, const float* u, const float* v, const std::uint32_t* ranges, int count,
                 ChunkBox* boxes);
 

@@ -34,7 +34,8 @@ void BandBoxes(const BandView& view, const float* HWY_RESTRICT u, const float* H
     for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(df))) {
         const auto range = hn::LoadU(du, ranges + i);
         const auto metres = [&](auto raw) { return hn::Mul(hn::ConvertTo(df, hn::BitCast(di, raw)), unit); };
-        const auto least_m = metres(hn::And(range, hn::Set(du, 0xffff))), largest_m = metres(hn::ShiftRight<16>(range));
+        const auto least_m = metres(hn::And(range, hn::Set(du, 0xffff))),
+                   largest_m = metres(hn::ShiftRight<16>(range));
         auto tau = hn::Set(df, t.truncation_m);
         if (t.quadratic) {
             const auto noise =

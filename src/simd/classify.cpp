@@ -5,26 +5,30 @@ namespace burin::simd {
 
 namespace scalar {
 
-void classify_rows(const std::int16_t* sdf, const std::uint16_t* weight, int first, int step, int count,
-                   std::uint16_t min_weight, std::uint8_t* known, std::uint8_t* inside) {
-    for (int i = 0; i < count; ++i) {
-        const int row = 8 * (first + i * step);
-        unsigned k = 0, s = 0;
-        for (int x = 0; x < 8; ++x) {
-            k |= static_cast<unsigned>(weight[row + x] >= min_weight) << x;
-            s |= static_cast<unsigned>(sdf[row + x] < 0) << x;
+void classify_chunk(const std::int16_t* sdf, const std::uint16_t* weight, int planes, CellLimits limits,
+                    ChunkBits* bits) {
+    for (int z = 0; z < planes; ++z) {
+        std::uint64_t known = 0, inside = 0, deep = 0, high = 0;
+        for (int i = 0; i < 64; ++i) {
+            const int v = 64 * z + i;
+            known |= std::uint64_t{weight[v] >= limits.min_weight} << i;
+            inside |= std::uint64_t{sdf[v] < 0} << i;
+            deep |= std::uint64_t{sdf[v] < limits.deep} << i;
+            high |= std::uint64_t{sdf[v] > limits.high} << i;
         }
-        known[i] = static_cast<std::uint8_t>(k);
-        inside[i] = static_cast<std::uint8_t>(s);
+        bits->known[z] = known;
+        bits->inside[z] = inside;
+        bits->deep[z] = deep;
+        bits->high[z] = high;
     }
 }
 
 }  // namespace scalar
 
 #if defined(BURIN_SCALAR_ONLY)
-void classify_rows(const std::int16_t* sdf, const std::uint16_t* weight, int first, int step, int count,
-                   std::uint16_t min_weight, std::uint8_t* known, std::uint8_t* inside) {
-    scalar::classify_rows(sdf, weight, first, step, count, min_weight, known, inside);
+void classify_chunk(const std::int16_t* sdf, const std::uint16_t* weight, int planes, CellLimits limits,
+                    ChunkBits* bits) {
+    scalar::classify_chunk(sdf, weight, planes, limits, bits);
 }
 #endif
 

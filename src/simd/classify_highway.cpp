@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// classify.h, a row of eight voxels a vector.
+// classify.h, up to 32 voxels a vector.
 #include "simd/classify.h"
 #include "simd/kernel_targets.h"
 
@@ -13,25 +13,34 @@
 HWY_BEFORE_NAMESPACE();
 namespace burin::simd::HWY_NAMESPACE {
 
-void ClassifyRows(const std::int16_t* sdf, const std::uint16_t* weight, int first, int step, int count,
-                  std::uint16_t min_weight, std::uint8_t* known, std::uint8_t* inside) {
+void ClassifyChunk(const std::int16_t* HWY_RESTRICT sdf, const std::uint16_t* HWY_RESTRICT weight, int planes,
+                   CellLimits limits, ChunkBits* HWY_RESTRICT bits) {
 #if HWY_TARGET == HWY_SCALAR
-    scalar::classify_rows(sdf, weight, first, step, count, min_weight, known, inside);
+    scalar::classify_chunk(sdf, weight, planes, limits, bits);
 #else
     namespace hn = hwy::HWY_NAMESPACE;
-    const hn::FixedTag<std::int16_t, 8> di;
-    const hn::FixedTag<std::uint16_t, 8> du;
-    const auto least = hn::Set(du, min_weight);
-    const auto zero = hn::Zero(di);
-    for (int i = 0; i < count; ++i) {
-        const int row = 8 * (first + i * step);
-        const auto w = hn::Load(du, weight + row);
+#if HWY_HAVE_SCALABLE
+    const hn::CappedTag<std::int16_t, 8> di;
+#else
+    const hn::CappedTag<std::int16_t, 32> di;
+#endif
+    const hn::RebindToUnsigned<decltype(di)> du;
+    const int lanes = static_cast<int>(hn::Lanes(di));
+    const auto least = hn::Set(du, limits.min_weight);
+    const auto zero = hn::Zero(di), deep = hn::Set(di, limits.deep), high = hn::Set(di, limits.high);
+    // Bit i of a word is in byte i / 8: little-endian machines only, as the map file.
+    auto* known = reinterpret_cast<std::uint8_t*>(bits->known);
+    auto* inside = reinterpret_cast<std::uint8_t*>(bits->inside);
+    auto* far_below = reinterpret_cast<std::uint8_t*>(bits->deep);
+    auto* far_above = reinterpret_cast<std::uint8_t*>(bits->high);
+    for (int i = 0; i < 64 * planes; i += lanes) {
+        const auto w = hn::Load(du, weight + i);
+        const auto s = hn::Load(di, sdf + i);
         // w >= least, as max(w, least) == w: not every target compares unsigned lanes by order.
-        std::uint8_t bits[8];
-        hn::StoreMaskBits(du, hn::Eq(hn::Max(w, least), w), bits);
-        known[i] = bits[0];
-        hn::StoreMaskBits(di, hn::Lt(hn::Load(di, sdf + row), zero), bits);
-        inside[i] = bits[0];
+        hn::StoreMaskBits(du, hn::Eq(hn::Max(w, least), w), known + i / 8);
+        hn::StoreMaskBits(di, hn::Lt(s, zero), inside + i / 8);
+        hn::StoreMaskBits(di, hn::Lt(s, deep), far_below + i / 8);
+        hn::StoreMaskBits(di, hn::Gt(s, high), far_above + i / 8);
     }
 #endif
 }
@@ -42,13 +51,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace burin::simd {
 
-HWY_EXPORT(ClassifyRows);
+HWY_EXPORT(ClassifyChunk);
 
-void classify_rows(const std::int16_t* sdf, const std::uint16_t* weight, int first, int step, int count,
-                   std::uint16_t min_weight, std::uint8_t* known, std::uint8_t* inside) {
-    if (scalar_selected())
-        return scalar::classify_rows(sdf, weight, first, step, count, min_weight, known, inside);
-    BURIN_DISPATCH(ClassifyRows)(sdf, weight, first, step, count, min_weight, known, inside);
+void classify_chunk(const std::int16_t* sdf, const std::uint16_t* weight, int planes, CellLimits limits,
+                    ChunkBits* bits) {
+    if (scalar_selected()) return scalar::classify_chunk(sdf, weight, planes, limits, bits);
+    BURIN_DISPATCH(ClassifyChunk)(sdf, weight, planes, limits, bits);
 }
 
 }  // namespace burin::simd

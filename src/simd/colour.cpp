@@ -8,7 +8,8 @@ namespace burin::simd {
 
 namespace scalar {
 
-int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t*, std::uint16_t* list) {
+int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t*,
+                  std::uint16_t* list) {
     int count = 0;
     for (int i = 0; i < kChunkVoxels; ++i)
         if (distances[i] >= -band && distances[i] <= band) list[count++] = static_cast<std::uint16_t>(i);
@@ -18,7 +19,8 @@ int select_voxels(const std::int16_t* distances, std::int16_t band, const std::u
 
 void find_pixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
                  std::int32_t* offsets) {
-    const std::int32_t last = static_cast<std::int32_t>((frame.height - 1) * frame.stride + 3 * frame.width - 4);
+    const std::int32_t last =
+        static_cast<std::int32_t>((frame.height - 1) * frame.stride + 3 * frame.width - 4);
     for (int k = 0; k < ((count + 15) & ~15); ++k) {
         const int i = list[k];
         offsets[k] = -1;
@@ -58,10 +60,12 @@ int fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame,
         std::uint8_t* colour = colours + 4 * i;
         const int readings = colour[3];
         // Threshold in 0..255: an odd multiplier walks through all residues over voxels and over frames.
-        const int threshold = static_cast<int>((static_cast<std::uint32_t>(i) * 167u + frame.number * 101u) & 255u);
+        const int threshold =
+            static_cast<int>((static_cast<std::uint32_t>(i) * 167u + frame.number * 101u) & 255u);
         const float scale = 256.0f / static_cast<float>(readings + 1);
         for (int c = 0; c < 3; ++c) {
-            const int scaled = static_cast<int>(static_cast<float>(colour[c] * readings + reading[c]) * scale);
+            const int scaled =
+                static_cast<int>(static_cast<float>(colour[c] * readings + reading[c]) * scale);
             colour[c] = static_cast<std::uint8_t>(std::min((scaled + threshold) >> 8, 255));
         }
         colour[3] = static_cast<std::uint8_t>(std::min(readings + 1, kColourMemory));
@@ -73,7 +77,8 @@ int fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame,
 }  // namespace scalar
 
 #if defined(BURIN_SCALAR_ONLY)
-int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours, std::uint16_t* list) {
+int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours,
+                  std::uint16_t* list) {
     return scalar::select_voxels(distances, band, colours, list);
 }
 void find_pixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The kernels of colour.h. Few voxels of a chunk lie near a surface: they are listed first, so that all lanes work.
+// The kernels of colour.h. Few voxels of a chunk lie near a surface: they are listed first, so that all lanes
+// work.
 #include <bit>
 #include <cstring>
 
@@ -21,7 +22,8 @@ namespace burin::simd::HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 
-int SelectVoxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours, std::uint16_t* list) {
+int SelectVoxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours,
+                 std::uint16_t* list) {
     return scalar::select_voxels(distances, band, colours, list);
 }
 void FindPixels(const std::uint16_t* list, int count, const ColourFrame& frame, ProjectiveBase base,
@@ -29,7 +31,7 @@ void FindPixels(const std::uint16_t* list, int count, const ColourFrame& frame, 
     scalar::find_pixels(list, count, frame, base, offsets);
 }
 int FuseColours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
-                 std::uint8_t* colours) {
+                std::uint8_t* colours) {
     return scalar::fuse_colours(list, count, frame, offsets, colours);
 }
 
@@ -82,7 +84,8 @@ HWY_INLINE void Distort(const ColourFrame& frame, hn::Vec<DF>* u, hn::Vec<DF>* v
     const auto fx = hn::Set(df, frame.fx), fy = hn::Set(df, frame.fy), cx = hn::Set(df, frame.cx),
                cy = hn::Set(df, frame.cy), p1 = hn::Set(df, frame.p1), p2 = hn::Set(df, frame.p2);
     const auto x = hn::Div(hn::Sub(*u, cx), fx), y = hn::Div(hn::Sub(*v, cy), fy);
-    const auto xx = hn::Mul(x, x), yy = hn::Mul(y, y), r2 = hn::Add(xx, yy), two_xy = hn::Mul(two, hn::Mul(x, y));
+    const auto xx = hn::Mul(x, x), yy = hn::Mul(y, y), r2 = hn::Add(xx, yy),
+               two_xy = hn::Mul(two, hn::Mul(x, y));
     const auto inner = hn::Add(hn::Set(df, frame.k2), hn::Mul(r2, hn::Set(df, frame.k3)));
     const auto radial = hn::Add(one, hn::Mul(r2, hn::Add(hn::Set(df, frame.k1), hn::Mul(r2, inner))));
     const auto tangent_x = hn::Add(hn::Mul(p1, two_xy), hn::Mul(p2, hn::Add(r2, hn::Mul(two, xx))));
@@ -93,12 +96,13 @@ HWY_INLINE void Distort(const ColourFrame& frame, hn::Vec<DF>* u, hn::Vec<DF>* v
 
 // Offsets of the voxels' pixels in the colour image, -1 for those that have none.
 template <bool kDistorted>
-void PixelOffsets(const std::uint16_t* HWY_RESTRICT list, int count, const ColourFrame& frame, ProjectiveBase base,
-                  std::int32_t* HWY_RESTRICT offsets) {
+void PixelOffsets(const std::uint16_t* HWY_RESTRICT list, int count, const ColourFrame& frame,
+                  ProjectiveBase base, std::int32_t* HWY_RESTRICT offsets) {
     const DF df;
     const DI di;
     const DU16 du16;
-    const auto one = hn::Set(df, 1.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df), least_z = hn::Set(df, kLeastZ);
+    const auto one = hn::Set(df, 1.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df),
+               least_z = hn::Set(df, kLeastZ);
     const auto width = hn::Set(df, static_cast<float>(frame.width)),
                height = hn::Set(df, static_cast<float>(frame.height));
     const auto last =
@@ -115,7 +119,8 @@ void PixelOffsets(const std::uint16_t* HWY_RESTRICT list, int count, const Colou
         };
         const auto z = sum(frame.step_z, base.z);
         const auto inverse_z = hn::Div(one, hn::Max(z, least_z));
-        auto u = hn::Mul(sum(frame.step_u, base.u), inverse_z), v = hn::Mul(sum(frame.step_v, base.v), inverse_z);
+        auto u = hn::Mul(sum(frame.step_u, base.u), inverse_z),
+             v = hn::Mul(sum(frame.step_v, base.v), inverse_z);
         if constexpr (kDistorted) Distort(frame, &u, &v);
         u = hn::Add(u, half);
         v = hn::Add(v, half);
@@ -131,8 +136,8 @@ void PixelOffsets(const std::uint16_t* HWY_RESTRICT list, int count, const Colou
 
 // The colours after one more reading; where there is none (-1), as they were. Returns the largest count.
 int Mean(const std::uint16_t* HWY_RESTRICT list, int count, std::uint32_t number,
-          const std::int32_t* HWY_RESTRICT offsets, const std::int32_t* HWY_RESTRICT readings,
-          std::int32_t* HWY_RESTRICT values) {
+         const std::int32_t* HWY_RESTRICT offsets, const std::int32_t* HWY_RESTRICT readings,
+         std::int32_t* HWY_RESTRICT values) {
     const DF df;
     const DI di;
     const DU16 du16;
@@ -166,8 +171,8 @@ int Mean(const std::uint16_t* HWY_RESTRICT list, int count, std::uint32_t number
     return hn::GetLane(hn::MaxOfLanes(di, most));
 }
 
-// Two words at a time as one store: left to itself, the compiler builds vectors out of single words, which takes
-// thrice as long.
+// Two words at a time as one store: left to itself, the compiler builds vectors out of single words, which
+// takes thrice as long.
 HWY_INLINE void LoadTwo(const std::uint8_t* a, const std::uint8_t* b, std::int32_t* to) {
     std::uint32_t first, second;
     std::memcpy(&first, a, 4);
@@ -184,14 +189,15 @@ void FindPixels(const std::uint16_t* list, int count, const ColourFrame& frame, 
 }
 
 int FuseColours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
-                 std::uint8_t* colours) {
+                std::uint8_t* colours) {
     alignas(64) std::int32_t readings[kChunkVoxels], values[kChunkVoxels];
     const auto pixel = [&](int k) { return frame.rgb + (offsets[k] < 0 ? 0 : offsets[k]); };
     const int whole = (count + 15) & ~15;
     for (int k = 0; k < whole; k += 2) LoadTwo(pixel(k), pixel(k + 1), readings + k);
     for (int k = 0; k < whole; k += 2) LoadTwo(colours + 4 * list[k], colours + 4 * list[k + 1], values + k);
     const int most = Mean(list, count, frame.number, offsets, readings, values);
-    for (int k = 0; k < count; k += 2) {  // a voxel that is there twice, at the end, takes the same value twice
+    for (int k = 0; k < count;
+         k += 2) {  // a voxel that is there twice, at the end, takes the same value twice
         std::uint64_t both;
         std::memcpy(&both, values + k, 8);
         const auto first = static_cast<std::uint32_t>(both), second = static_cast<std::uint32_t>(both >> 32);
@@ -213,7 +219,8 @@ HWY_EXPORT(SelectVoxels);
 HWY_EXPORT(FindPixels);
 HWY_EXPORT(FuseColours);
 
-int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours, std::uint16_t* list) {
+int select_voxels(const std::int16_t* distances, std::int16_t band, const std::uint8_t* colours,
+                  std::uint16_t* list) {
     if (scalar_selected()) return scalar::select_voxels(distances, band, colours, list);
     return BURIN_DISPATCH(SelectVoxels)(distances, band, colours, list);
 }
@@ -225,7 +232,7 @@ void find_pixels(const std::uint16_t* list, int count, const ColourFrame& frame,
 }
 
 int fuse_colours(const std::uint16_t* list, int count, const ColourFrame& frame, const std::int32_t* offsets,
-                  std::uint8_t* colours) {
+                 std::uint8_t* colours) {
     if (scalar_selected()) return scalar::fuse_colours(list, count, frame, offsets, colours);
     return BURIN_DISPATCH(FuseColours)(list, count, frame, offsets, colours);
 }

@@ -12,9 +12,9 @@ namespace {
 
 constexpr float kScale = 32767.0f;
 
-// Weight factor behind the surface, in 1/256, for `behind` = -s > start, at truncation tau > start; all in stored
-// units. Arithmetic only, no libm: the same bits everywhere. exp(-y) ~ (1 - y/16)^16, within 0.02 of it for y
-// in 0..5.
+// Weight factor behind the surface, in 1/256, for `behind` = -s > start, at truncation tau > start; all in
+// stored units. Arithmetic only, no libm: the same bits everywhere. exp(-y) ~ (1 - y/16)^16, within 0.02 of
+// it for y in 0..5.
 inline int drop_factor(Drop drop, float behind, float start, float tau) {
     const float x = (behind - start) * (1.0f / (tau - start));
     if (drop == Drop::linear) return round_to_int(256.0f * (1.0f - x));
@@ -25,12 +25,19 @@ inline int drop_factor(Drop drop, float behind, float start, float tau) {
     return round_to_int(256.0f * (y * y));
 }
 
-// limit: of a step.
-inline void average(int distance, int w, int max_weight, float limit, std::int16_t* sdf,
-                    std::uint16_t* sum) {
+inline void average(int distance, int w, int max_weight, std::int16_t* sdf, std::uint16_t* sum) {
     const int total = *sum + w;
     const float step = static_cast<float>(w * (distance - *sdf)) / static_cast<float>(total);
-    *sdf = static_cast<std::int16_t>(*sdf + round_to_int(std::min(std::max(step, -limit), limit)));
+    *sdf = static_cast<std::int16_t>(*sdf + round_to_int(step));
+    *sum = static_cast<std::uint16_t>(std::min(total, max_weight));
+}
+
+// The same where every observation weighs kWeightOne: a step of more than 16 bits can't be.
+inline void average_constant(int distance, int max_weight, std::int16_t* sdf, std::uint16_t* sum) {
+    const int total = *sum + kWeightOne;
+    const int step =
+        round_to_int(static_cast<float>(kWeightOne * (distance - *sdf)) / static_cast<float>(total));
+    *sdf = static_cast<std::int16_t>(*sdf + std::clamp(step, -32768, 32767));
     *sum = static_cast<std::uint16_t>(std::min(total, max_weight));
 }
 
@@ -44,7 +51,8 @@ namespace scalar {
 
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights, const void*) {
-    const float u_max = static_cast<float>(frame.width) + 1.0f, v_max = static_cast<float>(frame.height) + 1.0f;
+    const float u_max = static_cast<float>(frame.width) + 1.0f,
+                v_max = static_cast<float>(frame.height) + 1.0f;
     const float to_units = frame.truncation.units_per_m();
     const float unit = frame.unit_m * to_units, least_z = kLeastZ * to_units,
                 start = frame.drop_start_m * to_units;
@@ -60,14 +68,12 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
         const int pixel = round_to_int(v) * frame.stride + round_to_int(u);
         const std::uint16_t raw = frame.pixels[pixel];
         const float s = (static_cast<float>(raw) * unit - z) * chunk.along;
-        const float tau =
-            frame.truncation.quadratic
-                ? frame.truncation.at(static_cast<float>(raw) * frame.unit_m) * to_units
-                : kScale;
+        const float tau = frame.truncation.quadratic
+                              ? frame.truncation.at(static_cast<float>(raw) * frame.unit_m) * to_units
+                              : kScale;
         int distance = round_to_int(std::min(std::max(s, -32768.0f), kScale));
         if (raw == 0 || !(z > least_z) || (frame.truncation.quadratic && !(s > -tau))) distance = kUnseen;
-        seen.touched |=
-            distance != kUnseen && distance != kFree && (!frame.truncation.quadratic || s < tau);
+        seen.touched |= distance != kUnseen && distance != kFree && (!frame.truncation.quadratic || s < tau);
         seen.free |= distance == kFree;
         distances[i] = static_cast<std::int16_t>(distance);
         if (!frame.weighted()) continue;
@@ -81,14 +87,22 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
 }
 
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
-                   std::int16_t* sdf, std::uint16_t* weight_sum) {
-    int least = kFree;
+                   std::int16_t* sdf, std::uint16_t* weight_sum, std::uint16_t near, std::uint16_t* moved) {
+    int least = kFree, most = 0;
     for (int i = 0; i < kChunkVoxels; ++i) {
         if (distances[i] == kUnseen) continue;
-        average(distances[i], weights ? weights[i] : kWeightOne, max_weight, weights ? 65535.0f : kScale,
-                &sdf[i], &weight_sum[i]);
-        least = std::min(least, std::abs(static_cast<int>(sdf[i])));
+        const int before = sdf[i];
+        const bool fresh = weight_sum[i] == 0;
+        if (weights)
+            average(distances[i], weights[i], max_weight, &sdf[i], &weight_sum[i]);
+        else
+            average_constant(distances[i], max_weight, &sdf[i], &weight_sum[i]);
+        const int after = std::abs(static_cast<int>(sdf[i]));
+        least = std::min(least, after);
+        if (after <= near || (!fresh && std::abs(before) <= near))
+            most = std::max(most, fresh ? 65535 : std::abs(sdf[i] - before));
     }
+    if (moved) *moved = static_cast<std::uint16_t>(most);
     return least;
 }
 
@@ -99,7 +113,7 @@ int carve_distances(const std::int16_t* distances, const std::uint16_t* weights,
     for (int i = 0; i < kChunkVoxels; ++i) {
         if (weight_sum[i] == 0) continue;
         if (distances[i] == kFree && sdf[i] != kFree) {
-            average(distances[i], times * (weights ? weights[i] : kWeightOne), max_weight, 65535.0f, &sdf[i],
+            average(distances[i], times * (weights ? weights[i] : kWeightOne), max_weight, &sdf[i],
                     &weight_sum[i]);
             changed = true;
         }
@@ -116,8 +130,8 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
     return scalar::observe_chunk(frame, chunk, distances, weights, ahead);
 }
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
-                   std::int16_t* sdf, std::uint16_t* weight_sum) {
-    return scalar::fuse_distances(distances, weights, max_weight, sdf, weight_sum);
+                   std::int16_t* sdf, std::uint16_t* weight_sum, std::uint16_t near, std::uint16_t* moved) {
+    return scalar::fuse_distances(distances, weights, max_weight, sdf, weight_sum, near, moved);
 }
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
                     std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum) {

@@ -20,9 +20,9 @@ inline constexpr int kWeightOne = 64;
 // Voxel centres in projective coordinates: U = (fx X + (cx + 1) Z) k and V likewise (pixels of the bordered
 // image times length), Z k (length), with lengths in stored units, k = 32767 / truncation. The projection of
 // a sum is the sum of projections, so a voxel costs three additions: base + offset.
-// A block is 4x4x1 voxels, a slab two blocks side by side; voxel (x, y, z) is number 4 * (y & 3) + (x & 3) of block
-// (x >> 2) + 2 * (y >> 2) + 4 * z. With this order, narrowing a vector of left halves of rows and one of right
-// halves to 16 bits leaves whole rows, whatever the width of a vector.
+// A block is 4x4x1 voxels, a slab two blocks side by side; voxel (x, y, z) is number 4 * (y & 3) + (x & 3) of
+// block (x >> 2) + 2 * (y >> 2) + 4 * z. With this order, narrowing a vector of left halves of rows and one
+// of right halves to 16 bits leaves whole rows, whatever the width of a vector.
 inline constexpr int kBlocks = 32, kSlabs = 16, kBlockVoxels = 16;
 struct ProjectiveOffsets {
     struct Block {
@@ -40,9 +40,9 @@ struct ProjectedChunk {
     float u, v, z;  // of voxel 0
     bool far;       // all voxels lie farther than 32768 units
     bool inside;    // far, and all voxels fall into the image
-    bool small;     // far, and no voxel of a block falls farther than kWindowReach pixels (in u or in v) from where the
-                    // block's middle does
-    float along;    // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
+    bool small;     // far, and no voxel of a block falls farther than kWindowReach pixels (in u or in v) from
+                 // where the block's middle does
+    float along;  // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
 };
 inline constexpr float kWindowReach = 3.45f;  // 8x8 pixels around the middle hold a block, rounding included
 
@@ -81,7 +81,8 @@ struct DepthProjection {
 // touched: some voxel lies in the band: neither kUnseen (before the drop) nor kFree, and with the quadratic
 //   model s < tau(depth). free: some voxel is kFree. When nothing is touched and nothing is free, the arrays
 //   may be left unwritten.
-// ahead: 2 KiB that will be wanted next; they are asked for piece by piece, since asking at once keeps the depth
+// ahead: 2 KiB that will be wanted next; they are asked for piece by piece, since asking at once keeps the
+// depth
 //   waiting. May be null.
 struct Observation {
     bool touched, free;
@@ -93,11 +94,15 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
 //   sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(weight_sum + w, max_weight)
-// `weights` null: every observation weighs kWeightOne, and the step saturates at 16 bits (as it can't do where
-// every observation weighed as much). max_weight <= 64000. Returns the least |sdf| over the voxels it
+// `weights` null: every observation weighs kWeightOne, and the step saturates at 16 bits (as it can't do
+// where every observation weighed as much). max_weight <= 64000. Returns the least |sdf| over the voxels it
 // changed, kFree when it changed none.
+// *moved (may be null) = the largest |step| of the voxels with |sdf| <= near before or after it; 65535 when
+// one of them
+//   had no weight before and lies near now.
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
-                   std::int16_t* sdf, std::uint16_t* weight_sum);
+                   std::int16_t* sdf, std::uint16_t* weight_sum, std::uint16_t near = 0,
+                   std::uint16_t* moved = nullptr);
 
 // Free space only: as fuse_distances over the voxels that are kFree, and of those only the ones with weight >
 // 0 and sdf < kFree; each reading counts `times` times. Returns the least |sdf| over all voxels with weight
@@ -110,7 +115,8 @@ namespace scalar {
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights, const void* ahead = nullptr);
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
-                   std::int16_t* sdf, std::uint16_t* weight_sum);
+                   std::int16_t* sdf, std::uint16_t* weight_sum, std::uint16_t near = 0,
+                   std::uint16_t* moved = nullptr);
 int carve_distances(const std::int16_t* distances, const std::uint16_t* weights, int times,
                     std::uint16_t max_weight, std::int16_t* sdf, std::uint16_t* weight_sum);
 }  // namespace scalar

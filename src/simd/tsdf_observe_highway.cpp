@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// observe_chunk of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in the
-// same order a lane, no fused multiply-add, no approximate reciprocal.
+// observe_chunk of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in
+// the same order a lane, no fused multiply-add, no approximate reciprocal.
 //
-// Three ways to the same result. `Careful` follows the specification to the letter. Most chunks lie farther away than
-// the truncation; then no test for missing depth is needed, since a missing reading (0) fails the band test by
-// itself: `Simple`. Where the processor looks up 64 entries in one instruction, and 4x4 voxels span at most 8x8
-// pixels, the pixels go through registers: `Windowed`.
+// Three ways to the same result. `Careful` follows the specification to the letter. Most chunks lie farther
+// away than the truncation; then no test for missing depth is needed, since a missing reading (0) fails the
+// band test by itself: `Simple`. Where the processor looks up 64 entries in one instruction, and 4x4 voxels
+// span at most 8x8 pixels, the pixels go through registers: `Windowed`.
 #include <cstring>
 
 #include "simd/tsdf.h"
@@ -32,11 +32,11 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
 
 #else
 
-// The vectors of SVE have no size known to the compiler: none is a member or an element of an array here, but where
-// only other targets compile it.
+// The vectors of SVE have no size known to the compiler: none is a member or an element of an array here, but
+// where only other targets compile it.
 
-// The nearest pixels of `lanes` voxels of a block, and their depths. kClip: clipped to the border; else all fall into
-// the image. For chunks that are `far`.
+// The nearest pixels of `lanes` voxels of a block, and their depths. kClip: clipped to the border; else all
+// fall into the image. For chunks that are `far`.
 template <bool kClip>
 HWY_INLINE void Project(const DepthProjection& frame, const ProjectedChunk& chunk, int block, int at,
                         hn::Vec<DI>* column, hn::Vec<DI>* row, hn::Vec<DF>* z_out) {
@@ -148,8 +148,8 @@ HWY_INLINE hn::Vec<DI> DropFactor(Drop drop, hn::Vec<DF> behind, hn::Vec<DF> sta
 }
 
 template <bool kQuadratic, bool kWeighted>
-Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* HWY_RESTRICT distances,
-                    std::uint16_t* HWY_RESTRICT weights) {
+Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk,
+                    std::int16_t* HWY_RESTRICT distances, std::uint16_t* HWY_RESTRICT weights) {
     const DF df;
     const DI di;
     const DU16 du16;
@@ -162,16 +162,19 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
     if (kWeighted && frame.weights)
         for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.weights, pixel + i, pixel_weight + i);
 
-    const auto zero = hn::Zero(df), unit = hn::Set(df, frame.unit_m * to_units), scale = hn::Set(df, 32767.0f),
-               lowest = hn::Set(df, -32768.0f), scale_m = hn::Set(df, to_units),
-               start = hn::Set(df, frame.drop_start_m * to_units), along = hn::Set(df, chunk.along);
+    const auto zero = hn::Zero(df), unit = hn::Set(df, frame.unit_m * to_units),
+               scale = hn::Set(df, 32767.0f), lowest = hn::Set(df, -32768.0f),
+               scale_m = hn::Set(df, to_units), start = hn::Set(df, frame.drop_start_m * to_units),
+               along = hn::Set(df, chunk.along);
     const auto free_i = hn::Set(di, kFree), unseen = hn::Set(di, kUnseen);
     Observation seen{false, false};
-    for (int row = 0; row < kSlabs * kBlockVoxels; row += lanes) {  // of 4, through the left blocks of all slabs
+    for (int row = 0; row < kSlabs * kBlockVoxels;
+         row += lanes) {  // of 4, through the left blocks of all slabs
         const int slab = row / kBlockVoxels, at = row % kBlockVoxels;
         const auto distance_of = [&](int half, hn::Vec<DI>* weight) HWY_ATTR {
             const int i = (2 * slab + half) * kBlockVoxels + at;
-            const auto z = hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
+            const auto z =
+                hn::Add(hn::Set(df, chunk.z), hn::Load(df, frame.offsets.block[2 * slab + half].z + at));
             const auto reading = hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(du16, raw + i)));
             const auto s = hn::Mul(hn::Sub(hn::Mul(reading, unit), z), along);
             auto tau = scale;
@@ -198,7 +201,8 @@ Observation Careful(const DepthProjection& frame, const ProjectedChunk& chunk, s
                     const auto behind = hn::Neg(s);
                     const auto factor = DropFactor(frame.drop, behind, start, tau);
                     const auto dropped = hn::ShiftRight<8>(hn::Mul(w, factor));
-                    const auto applies = hn::And(hn::Ne(distance, unseen), hn::RebindMask(di, hn::Gt(behind, start)));
+                    const auto applies =
+                        hn::And(hn::Ne(distance, unseen), hn::RebindMask(di, hn::Gt(behind, start)));
                     w = hn::IfThenElse(applies, dropped, w);
                 }
                 distance = hn::IfThenElse(hn::Eq(w, hn::Zero(di)), unseen, distance);
@@ -250,15 +254,16 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
             }
     }
     for (int i = 0; i < kChunkVoxels; i += 4) LookUp4(frame.pixels, pixel + i, raw + i);
-    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), base_z = hn::Set(df, chunk.z),
-               along = hn::Set(df, chunk.along);
+    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()),
+               base_z = hn::Set(df, chunk.z), along = hn::Set(df, chunk.along);
     Found found;
     const std::uint16_t* reading = raw;
     for (int block = 0; block < kBlocks; block += 2)
         for (int at = 0; at < kBlockVoxels; at += lanes) {
             const auto distance_of = [&](int half) HWY_ATTR {
                 const auto z = hn::Add(base_z, hn::Load(df, frame.offsets.block[block + half].z + at));
-                return Distance<kAlong>(hn::PromoteTo(di, hn::Load(du16, reading + half * lanes)), unit, z, along);
+                return Distance<kAlong>(hn::PromoteTo(di, hn::Load(du16, reading + half * lanes)), unit, z,
+                                        along);
             };
             const auto left = distance_of(0), right = distance_of(1);
             reading += 2 * lanes;
@@ -308,7 +313,8 @@ Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
         hn::Store(hn::Add(hn::Mul(row, stride), column), di, corner + i);
         hn::Store(hn::Add(hn::ShiftLeft<3>(row), column), di, first + i);
     }
-    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()), along = hn::Set(df, chunk.along);
+    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()),
+               along = hn::Set(df, chunk.along);
     constexpr __mmask32 kEven = 0x55555555;
     const std::uint16_t* const pixels = frame.pixels;
     const std::ptrdiff_t row_step = frame.stride;

@@ -41,7 +41,8 @@ HWY_INLINE hn::Vec<DI> RoundInRange(hn::Vec<DF> v) {
 #endif
 }
 
-#if HWY_ARCH_X86
+#undef BURIN_HAVE_PACK
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
 #define BURIN_HAVE_PACK 1
 using DFull16 = hn::Repartition<std::int16_t, DF>;
 using DFullU16 = hn::Repartition<std::uint16_t, DF>;
@@ -98,10 +99,9 @@ HWY_INLINE void LookUp4(const std::uint16_t* HWY_RESTRICT table, const std::int3
     std::uint64_t a, b;
     std::memcpy(&a, at, 8);
     std::memcpy(&b, at + 2, 8);
-    const std::uint64_t four = std::uint64_t{table[static_cast<std::uint32_t>(a)]} |
-                               std::uint64_t{table[a >> 32]} << 16 |
-                               std::uint64_t{table[static_cast<std::uint32_t>(b)]} << 32 |
-                               std::uint64_t{table[b >> 32]} << 48;
+    const std::uint64_t four =
+        std::uint64_t{table[static_cast<std::uint32_t>(a)]} | std::uint64_t{table[a >> 32]} << 16 |
+        std::uint64_t{table[static_cast<std::uint32_t>(b)]} << 32 | std::uint64_t{table[b >> 32]} << 48;
     std::memcpy(to, &four, 8);
 }
 

@@ -22,7 +22,8 @@ void project_chunks(const ChunkProjection& p, ChunkBatch* batch) {
         batch->base_z[i] = w;
         for (int k = 0; k < 8; ++k) {
             const float corner_z = w + p.corner_z[k], inverse_z = 1.0f / corner_z;
-            const float corner_u = (u + p.corner_u[k]) * inverse_z, corner_v = (v + p.corner_v[k]) * inverse_z;
+            const float corner_u = (u + p.corner_u[k]) * inverse_z,
+                        corner_v = (v + p.corner_v[k]) * inverse_z;
             // Written like a vector's minimum: of a NaN and a number, the number that came last.
             batch->least_u[i] = k > 0 && batch->least_u[i] < corner_u ? batch->least_u[i] : corner_u;
             batch->most_u[i] = k > 0 && batch->most_u[i] > corner_u ? batch->most_u[i] : corner_u;

@@ -8,8 +8,8 @@
 
 namespace burin::simd {
 
-// The projective coordinates (see ProjectiveOffsets) of chunk (x, y, z), relative to some chunk near the camera:
-// those of its voxel 0 are ((x * step[0] + y * step[1]) + z * step[2]) + origin.
+// The projective coordinates (see ProjectiveOffsets) of chunk (x, y, z), relative to some chunk near the
+// camera: those of its voxel 0 are ((x * step[0] + y * step[1]) + z * step[2]) + origin.
 struct ChunkProjection {
     float origin_u, origin_v, origin_z;
     float step_u[3], step_v[3], step_z[3];
@@ -28,17 +28,16 @@ struct ChunkBatch {
     // No voxel of a block of 4x4x1 falls farther from the block's middle, pixels in u or in v.
     alignas(64) float block_reach[kBatchChunks];
 };
-// The reach of a block: from a point at pixel u, a step of k voxels along x leads k (Ux - u Zx) / (Z + k Zx) pixels
-// away, (Ux, Zx) the projective coordinates of one voxel along x; u within the box bounds the numerator, least_z
-// the denominator.
-// For all kBatchChunks chunks (give the unused ones any coordinates). Pixels mean nothing where least_z is not
-// above 0. |x|, |y|, |z| < 2^20.
+// The reach of a block: from a point at pixel u, a step of k voxels along x leads k (Ux - u Zx) / (Z + k Zx)
+// pixels away, (Ux, Zx) the projective coordinates of one voxel along x; u within the box bounds the
+// numerator, least_z the denominator. For all kBatchChunks chunks (give the unused ones any coordinates).
+// Pixels mean nothing where least_z is not above 0. |x|, |y|, |z| < 2^20.
 void project_chunks(const ChunkProjection& projection, ChunkBatch* batch);
 
 // Joins ranges (two 16-bit minima each) of squares of `side` tiles to squares of twice the
-// side, over a plane of `count` values in rows of `stride`: to[i] = from[i], from[i + side], from[i + down] and
-// from[i + side + down] joined, down = side * stride. At the end of a row that takes in the beginning of another:
-// the caller leaves room there. count: a multiple of 16; from has count + side + down values.
+// side, over a plane of `count` values in rows of `stride`: to[i] = from[i], from[i + side], from[i + down]
+// and from[i + side + down] joined, down = side * stride. At the end of a row that takes in the beginning of
+// another: the caller leaves room there. count: a multiple of 16; from has count + side + down values.
 void double_ranges(const std::uint32_t* from, int count, int stride, int side, std::uint32_t* to);
 
 namespace scalar {

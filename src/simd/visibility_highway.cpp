@@ -35,8 +35,7 @@ void ProjectChunks(const ChunkProjection& p, ChunkBatch* batch) {
         const auto y = hn::ConvertTo(df, hn::Load(di, batch->y + i));
         const auto z = hn::ConvertTo(df, hn::Load(di, batch->z + i));
         const auto at = [&](const float step[3], float origin) {
-            const auto xy =
-                hn::Add(hn::Mul(x, hn::Set(df, step[0])), hn::Mul(y, hn::Set(df, step[1])));
+            const auto xy = hn::Add(hn::Mul(x, hn::Set(df, step[0])), hn::Mul(y, hn::Set(df, step[1])));
             return hn::Add(hn::Add(xy, hn::Mul(z, hn::Set(df, step[2]))), hn::Set(df, origin));
         };
         const auto u = at(p.step_u, p.origin_u), v = at(p.step_v, p.origin_v), w = at(p.step_z, p.origin_z);

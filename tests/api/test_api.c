@@ -121,20 +121,27 @@ static void check_mesh(burin_map map) {
 static void check_chunks(burin_map map, uint32_t live) {
     burin_chunk_key keys[4000];
     burin_mesh_buffers mesh;
-    uint64_t count = 0, i, triangles = 0;
+    burin_change_options every = burin_change_options_default();
+    uint64_t count = 0, listed = 0, i, triangles = 0;
+    every.threshold_voxels = 0;
+    every.interval = 1;
     memset(&mesh, 0, sizeof mesh);
     mesh.vertex_capacity = 1944;
     mesh.triangle_capacity = 2560;
     mesh.positions = malloc(1944 * 3 * sizeof(float));
     mesh.triangles = malloc(2560 * 3 * sizeof(uint32_t));
-    EXPECT(burin_dirty_chunks(map, keys, 0, &count) == BURIN_INSUFFICIENT_MEMORY);
+    EXPECT(burin_dirty_chunks(map, keys, 0, &listed) == BURIN_INSUFFICIENT_MEMORY);
+    EXPECT(listed > 0 && listed < live); /* those that may hold surface */
+    EXPECT(burin_changed_chunks(map, &every, keys, 0, &count) == BURIN_INSUFFICIENT_MEMORY);
     EXPECT(count == live);
-    EXPECT_OK(map, burin_dirty_chunks(map, keys, 4000, &count));
+    EXPECT_OK(map, burin_changed_chunks(map, &every, keys, 4000, &count));
     for (i = 0; i < count; ++i) {
         EXPECT_OK(map, burin_chunk_mesh(map, keys[i], NULL, &mesh));
         triangles += mesh.triangle_count;
     }
     EXPECT(triangles > 100);
+    EXPECT_OK(map, burin_changed_chunks(map, &every, keys, 4000, &count));
+    EXPECT(count == 0);
     EXPECT_OK(map, burin_dirty_chunks(map, keys, 4000, &count));
     EXPECT(count == 0);
     free(mesh.positions);
@@ -189,8 +196,8 @@ int main(int argc, char** argv) {
     frame.depth_stride_bytes = WIDTH * sizeof(uint16_t);
     frame.depth_unit_m = 0.001;
     frame.depth_camera = frame.colour_camera = camera();
-    frame.rgb = rgb;
-    frame.rgb_stride_bytes = 3 * WIDTH;
+    frame.colour = rgb;
+    frame.colour_stride_bytes = 3 * WIDTH;
     EXPECT_OK(map, burin_integrate(map, &frame, &result));
     EXPECT(result.flags == 0 && result.valid_pixels == WIDTH * HEIGHT &&
            result.chunks_new == result.chunks_fused);

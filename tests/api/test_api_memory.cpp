@@ -72,12 +72,44 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
     std::vector<std::uint8_t> colours(3 * 200000), rgb(3 * 160 * 120);
     std::vector<burin_chunk_key> keys(100000);
 
+    struct Stored {
+        std::vector<char> bytes = std::vector<char>(16u << 20);
+        std::size_t at = 0;
+    } stored;
+    const burin_write write = [](void* user, const void* data, std::uint64_t bytes) {
+        auto& s = *static_cast<Stored*>(user);
+        std::memcpy(s.bytes.data() + s.at, data, bytes);
+        s.at += bytes;
+        return 0;
+    };
+    const burin_read read = [](void* user, void* data, std::uint64_t bytes) {
+        auto& s = *static_cast<Stored*>(user);
+        std::memcpy(data, s.bytes.data() + s.at, bytes);
+        s.at += bytes;
+        return 0;
+    };
+    const std::vector<std::uint8_t> confidence(160 * 120, 2);
+    long logged = 0;
+
     for (const std::uint32_t threads : {1u, 3u}) {
         burin_config config = test_config();
         config.threads = threads;
         config.bilateral = config.edge_removal = config.angle_weight = 1;
         config.budget_bytes = 8u << 20;
         const ApiMap map(config);
+        burin_hooks hooks = burin_hooks_default();
+        int told = 0;
+        hooks.user = &told;
+        hooks.progress = [](void* user, double) {
+            ++*static_cast<int*>(user);
+            return 0;
+        };
+        hooks.run = [](void*, std::uint32_t count, burin_job body, void* context) {
+            for (std::uint32_t job = 0; job < count; ++job) body(context, job);
+            return 0;
+        };
+        hooks.pool_threads = 4;
+        burin_set_log([](void* user, burin_log_level, const char*) { ++*static_cast<long*>(user); }, &logged);
         allocations = 0;
         {
             void* volatile probe = ::operator new(8);  // the counter counts
@@ -91,7 +123,11 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
             FrameView view = frame_of(depths[static_cast<std::size_t>(i % 10)], camera, arc_pose(i % 10, 10));
             view.colour = colour.view();
             view.colour_camera = camera;
-            const burin_frame frame = c_frame(view);
+            burin_frame frame = c_frame(view);
+            frame.colour_format = i % 2 ? BURIN_PIXEL_RGB8 : BURIN_PIXEL_BGR8;
+            frame.confidence = confidence.data();
+            frame.confidence_stride_bytes = 160;
+            frame.min_confidence = 1;
             burin_frame_result result;
             failed += burin_integrate(map.map, &frame, &result) != BURIN_OK;
             std::uint64_t count = 0;
@@ -109,6 +145,14 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
                 burin_statistics stats;
                 failed += burin_stats(map.map, &stats) != BURIN_OK;
                 failed += burin_hash(map.map, &hash) != BURIN_OK;
+                stored.at = 0;
+                failed += burin_save_to(map.map, write, &stored) != BURIN_OK;
+                stored.at = 0;
+                failed += burin_load_from(map.map, read, &stored) != BURIN_OK;
+                burin_file_info info;
+                stored.at = 0;
+                failed += burin_probe_from(read, &stored, &info) != BURIN_OK || info.hash != hash;
+                failed += burin_set_hooks(map.map, i % 20 ? &hooks : nullptr) != BURIN_OK;
                 const double point[3] = {0, 0, 2};
                 float distance = 0;
                 failed += burin_sample(map.map, point, 1, &distance, nullptr) != BURIN_OK;
@@ -121,7 +165,11 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
         }
         const long all = allocations.load();  // before gtest allocates
         EXPECT_EQ(all, 0) << threads << " threads, " << first_frame << " of them in the first frame";
+        burin_set_log(nullptr, nullptr);
         EXPECT_EQ(failed, 0);
+        EXPECT_GT(told, 1000);
+        EXPECT_EQ(logged, 200) << "bad frames";
+        logged = 0;
         EXPECT_GT(meshed, 20u * 1000);
     }
 }

@@ -20,8 +20,8 @@ class OneMap : public testing::Test {
           depth_(ball_and_wall().depth(camera_, arc_pose(0, 3))),
           colour_(160, 120, 3, 90) {
         good_ = c_frame(frame_of(depth_, camera_, arc_pose(0, 3)));
-        good_.rgb = colour_.pixels.data();
-        good_.rgb_stride_bytes = 480;
+        good_.colour = colour_.pixels.data();
+        good_.colour_stride_bytes = 480;
         good_.colour_camera = c_camera(camera_);
         EXPECT_EQ(burin_integrate(map_.map, &good_, nullptr), BURIN_OK) << burin_last_error(map_.map);
         hash_ = map_.hash();
@@ -87,9 +87,28 @@ TEST_F(OneMap, BadFrames) {
              f.T_world_camera.qx = 1;
          }},
         {"T_world_camera", [=](burin_frame& f) { f.T_world_camera.qz = nan; }},
-        {"rgb_stride_bytes", [](burin_frame& f) { f.rgb_stride_bytes = 479; }},
-        {"rgb_stride_bytes",
-         [](burin_frame& f) { f.rgb_stride_bytes = 1u << 31; }},  // 32-bit offsets in kernels
+        {"colour_stride_bytes", [](burin_frame& f) { f.colour_stride_bytes = 479; }},
+        {"colour_stride_bytes",
+         [](burin_frame& f) { f.colour_stride_bytes = 1u << 31; }},  // 32-bit offsets in kernels
+        {"colour_format", [](burin_frame& f) { f.colour_format = 8; }},
+        {"colour_stride_bytes", [](burin_frame& f) { f.colour_format = BURIN_PIXEL_RGBA8; }},
+        {"chroma is null", [](burin_frame& f) { f.colour_format = BURIN_PIXEL_NV12; }},
+        {"chroma_stride_bytes",
+         [](burin_frame& f) {
+             f.colour_format = BURIN_PIXEL_NV21, f.chroma = f.colour;
+             f.chroma_stride_bytes = 159;
+         }},
+        {"confidence_stride_bytes",
+         [](burin_frame& f) {
+             f.confidence = f.colour;
+             f.confidence_stride_bytes = 159;
+         }},
+        {"min_confidence",
+         [](burin_frame& f) {
+             f.confidence = f.colour;
+             f.confidence_stride_bytes = 160, f.min_confidence = 256;
+         }},
+        {"reserved", [](burin_frame& f) { f.reserved[7] = 1; }},
         {"colour camera", [](burin_frame& f) { f.colour_camera.width = 0; }},
         {"colour camera", [](burin_frame& f) { f.colour_camera.fx = 0; }},
         {"T_colour_depth", [=](burin_frame& f) { f.T_colour_depth.tx = nan; }},
@@ -140,6 +159,8 @@ TEST_F(OneMap, NullArguments) {
     EXPECT_EQ(burin_mesh(m, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_dirty_chunks(m, nullptr, 4, &n), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_dirty_chunks(m, nullptr, 0, nullptr), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_changed_chunks(m, nullptr, nullptr, 4, &n), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_changed_chunks(m, nullptr, nullptr, 0, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_chunk_mesh(m, {0, 0, 0}, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_raycast(m, nullptr, &pose, nullptr, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_raycast(m, &camera, nullptr, nullptr, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
@@ -206,6 +227,27 @@ TEST_F(OneMap, MeshOptionsAndBuffers) {
     EXPECT_EQ(burin_chunk_mesh(map_.map, {1 << 20, 0, 0}, nullptr, &small), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_chunk_mesh(map_.map, {0, std::numeric_limits<std::int32_t>::min(), 0}, nullptr, &small),
               BURIN_INVALID_ARGUMENT);
+}
+
+TEST_F(OneMap, ChangeOptions) {
+    std::uint64_t n = 0;
+    const auto outcome = [&](auto&& edit) {
+        burin_change_options options = burin_change_options_default();
+        edit(options);
+        return burin_changed_chunks(map_.map, &options, nullptr, 0, &n);
+    };
+    const auto fits = [](burin_status status) {
+        return status == BURIN_OK || status == BURIN_INSUFFICIENT_MEMORY;
+    };
+    EXPECT_TRUE(fits(outcome([](burin_change_options&) {})));
+    EXPECT_TRUE(fits(outcome([](burin_change_options& o) { o.threshold_voxels = 1e30f; })));
+    EXPECT_TRUE(fits(outcome([](burin_change_options& o) { o.interval = 65535; })));
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.struct_size = 0; }), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.threshold_voxels = -0.1f; }), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.threshold_voxels = std::nanf(""); }),
+              BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.interval = 0; }), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(outcome([](burin_change_options& o) { o.interval = 65536; }), BURIN_INVALID_ARGUMENT);
 }
 
 TEST_F(OneMap, Raycasts) {

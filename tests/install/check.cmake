@@ -60,11 +60,11 @@ if(shared)
   check_symbols(${library} ${SOURCE}/include/burin/burin.h)
 endif()
 
-# 4. The three ways to use it, each from a C99 program with warnings as errors.
+# 4. The three ways to use it, each from a C99 and a C++17 program with warnings as errors.
 function(use way)
   run("${way}: build" ${CMAKE_COMMAND} --build ${WORK}/${way})
-  file(GLOB program ${WORK}/${way}/consumer)
-  run("${way}: run" ${program} ${VERSION})
+  run("${way}: run" ${WORK}/${way}/consumer ${VERSION})
+  run("${way}: run C++" ${WORK}/${way}/consumer_cpp ${VERSION})
 endfunction()
 
 set(consumer ${SOURCE}/tests/install/consumer)
@@ -87,3 +87,6 @@ file(MAKE_DIRECTORY ${WORK}/pkgconfig)
 run("pkg-config: build" ${C_COMPILER} -std=c99 -Wall -Wextra -Werror -pedantic ${consumer}/consumer.c
     -o ${WORK}/pkgconfig/consumer ${flags} -Wl,-rpath,${library_dir})
 run("pkg-config: run" ${WORK}/pkgconfig/consumer ${VERSION})
+run("pkg-config: build C++" ${CXX_COMPILER} -std=c++17 -Wall -Wextra -Werror -pedantic ${consumer}/consumer.cpp
+    -o ${WORK}/pkgconfig/consumer_cpp ${flags} -Wl,-rpath,${library_dir})
+run("pkg-config: run C++" ${WORK}/pkgconfig/consumer_cpp ${VERSION})

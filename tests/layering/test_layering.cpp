@@ -197,7 +197,10 @@ TEST(Layering, FindsWhatItIsThereToFind) {
 // Longer files than this are split, or named here with the reason. Tables count: they too are read by
 // people.
 constexpr int kMaxLines = 400;
-const std::map<std::string, const char*> kLongFiles = {};
+const std::map<std::string, const char*> kLongFiles = {
+    {"include/burin/burin.h",
+     "the interface is one header, and most of it is what each function says of itself"},
+};
 
 TEST(Layering, FilesStayShort) {
     for (const auto& file : sources()) {

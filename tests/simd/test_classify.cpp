@@ -8,7 +8,7 @@ namespace {
 
 class Classify : public KernelTest {};
 
-TEST_P(Classify, RowsOfVoxels) {
+TEST_P(Classify, PlanesOfVoxels) {
     Rng rng(120);
     alignas(64) std::int16_t sdf[512];
     alignas(64) std::uint16_t weight[512];
@@ -19,15 +19,16 @@ TEST_P(Classify, RowsOfVoxels) {
             sdf[i] = round % 2 ? distances[rng.below(6)] : static_cast<std::int16_t>(rng.next());
             weight[i] = round % 3 ? weights[rng.below(8)] : static_cast<std::uint16_t>(rng.next());
         }
-        const std::uint16_t least = weights[1 + rng.below(7)];
-        const int step = round % 2 ? 1 : 8, count = 1 + rng.below(step == 1 ? 64 : 8);
-        const int first = rng.below(64 - (count - 1) * step);
-        std::vector<std::uint8_t> known(65, 9), inside(65, 9), known_spec = known, inside_spec = inside;
-        simd::classify_rows(sdf, weight, first, step, count, least, known.data(), inside.data());
-        simd::scalar::classify_rows(sdf, weight, first, step, count, least, known_spec.data(),
-                                    inside_spec.data());
-        ASSERT_TRUE(same_bytes(known, known_spec)) << first << ' ' << step << ' ' << count;
-        ASSERT_TRUE(same_bytes(inside, inside_spec)) << first << ' ' << step << ' ' << count;
+        const simd::CellLimits limits{weights[1 + rng.below(7)],
+                                      round % 4 ? static_cast<std::int16_t>(-rng.below(32769)) : distances[5],
+                                      round % 5 ? static_cast<std::int16_t>(rng.below(32768)) : distances[1]};
+        const int planes = 1 + rng.below(8);
+        simd::ChunkBits got, expected;
+        std::memset(&got, 0x5a, sizeof got);
+        std::memset(&expected, 0x5a, sizeof expected);
+        simd::classify_chunk(sdf, weight, planes, limits, &got);
+        simd::scalar::classify_chunk(sdf, weight, planes, limits, &expected);
+        ASSERT_EQ(std::memcmp(&got, &expected, sizeof got), 0) << round << ": " << planes << " planes";
     }
 }
 

@@ -125,15 +125,16 @@ burin_config config_of(float voxel_m, bool quadratic) {
 std::set<ChunkKey> marked(BandMarker& marker, const DepthStage& depth, const Se3& T,
                           const FusionOptions& options, int capacity, int* slabs) {
     std::set<ChunkKey> keys;
-    std::vector<ChunkKey> batch(static_cast<std::size_t>(capacity));
-    marker.begin(depth.image, depth.tiles, T, options.integration.truncation, options.volume.voxel_m);
+    std::vector<std::int32_t> x(static_cast<std::size_t>(capacity)), y = x, z = x;
+    Jobs jobs(2);
+    marker.begin(depth.image, depth.tiles, T, options.integration.truncation, options.volume.voxel_m, jobs);
     *slabs = 0;
     while (marker.next_slab()) {
         ++*slabs;
         ChunkKey last = 0;
-        while (const int n = marker.collect(batch.data(), capacity))
-            for (int i = 0; i < n; ++i) {
-                const ChunkKey key = batch[static_cast<std::size_t>(i)];
+        while (const int n = marker.collect(x.data(), y.data(), z.data(), capacity))
+            for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+                const ChunkKey key = pack_key(marker.origin() + Vec3i{x[i], y[i], z[i]});
                 EXPECT_LT(last, key) << "not in key order within the slab";
                 EXPECT_TRUE(keys.insert(key).second) << "a chunk twice";
                 last = key;
@@ -166,11 +167,11 @@ TEST_P(Band, MarksASupersetAndIntegrationTouchesExactlyTheRest) {
             TestDepth depth(options.depth);
             depth.prepare(frame_of(image, camera, T));
             Arena measure;
-            BandMarker().place(measure);
+            BandMarker().place(measure, image.width, image.height);
             const Memory memory = aligned_memory(measure.used());
             Arena arena(memory.get(), measure.used());
             BandMarker marker;
-            marker.place(arena);
+            marker.place(arena, image.width, image.height);
             int slabs = 0;
             const auto have = marked(marker, depth.stage, T, options, round == 0 ? 7 : 4096, &slabs);
             const double voxel_m = static_cast<double>(config.voxel_m);
@@ -216,11 +217,11 @@ TEST(BandMarker, ADeepViewIsCutIntoSlabs) {
         TestDepth depth(options.depth);
         depth.prepare(frame_of(image, camera, T));
         Arena measure;
-        BandMarker().place(measure);
+        BandMarker().place(measure, image.width, image.height);
         const Memory memory = aligned_memory(measure.used());
         Arena arena(memory.get(), measure.used());
         BandMarker marker;
-        marker.place(arena);
+        marker.place(arena, image.width, image.height);
         int slabs = 0;
         const auto have = marked(marker, depth.stage, T, options, 4096, &slabs);
         EXPECT_GT(slabs, 5);

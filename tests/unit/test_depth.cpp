@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "map/depth_ranges.h"
 #include "scene_helpers.h"
 
 namespace burin {
@@ -138,8 +139,14 @@ DepthRange brute_force(const DepthImage& image, int x0, int y0, int x1, int y1) 
     return range;
 }
 
-TEST(Depth, TilesNeverMissADepth) {
+TEST(Depth, RangesNeverMissADepth) {
     Rng rng(11);
+    Arena measure;
+    DepthRanges().place(measure, 160, 120);
+    const Memory memory = aligned_memory(measure.used());
+    Arena arena(memory.get(), measure.used());
+    DepthRanges ranges;
+    ranges.place(arena, 160, 120);
     TestDepth depth(small_options());
     int exact = 0, all = 0;
     for (int round = 0; round < 40; ++round) {
@@ -148,11 +155,11 @@ TEST(Depth, TilesNeverMissADepth) {
         for (std::uint16_t& d : raw.pixels)
             if (rng.below(100) < density) d = static_cast<std::uint16_t>(200 + rng.below(3800));
         const DepthImage& image = depth.prepare(frame_of(raw, 0.001, test_camera(width, height), {}));
+        ranges.build(depth.stage.tiles);
         for (int box = 0; box < 200; ++box) {
             const int x0 = rng.below(width + 40) - 20, y0 = rng.below(height + 40) - 20;
             const int x1 = x0 + rng.below(box % 2 ? 12 : width), y1 = y0 + rng.below(box % 2 ? 12 : height);
-            const DepthRange got = depth.stage.tiles.over(x0, y0, x1, y1),
-                             truth = brute_force(image, x0, y0, x1, y1);
+            const DepthRange got = ranges.over(x0, y0, x1, y1), truth = brute_force(image, x0, y0, x1, y1);
             if (truth.largest == 0) continue;
             ASSERT_GT(got.largest, 0);
             ASSERT_LE(got.least, truth.least) << x0 << ' ' << y0 << ' ' << x1 << ' ' << y1;
@@ -160,8 +167,7 @@ TEST(Depth, TilesNeverMissADepth) {
             exact += got.least == truth.least && got.largest == truth.largest;
             ++all;
         }
-        const DepthRange whole = depth.stage.tiles.over(0, 0, width - 1, height - 1),
-                         truth = brute_force(image, 0, 0, width - 1, height - 1);
+        const DepthRange whole = ranges.all(), truth = brute_force(image, 0, 0, width - 1, height - 1);
         EXPECT_EQ(whole.least, truth.least);
         EXPECT_EQ(whole.largest, truth.largest);
     }

@@ -41,6 +41,7 @@ class Reference {
     struct Reading {
         bool seen = false, free = false, ambiguous = false, must_touch = false, may_touch = false;
         int distance = 0, weight = 0;
+        double behind = 0, tau = 0;  // stored units
     };
 
     double tau(double depth) const {
@@ -51,7 +52,20 @@ class Reference {
             (static_cast<double>(m.a) * depth + static_cast<double>(m.b)) * depth + static_cast<double>(m.c));
     }
 
-    Reading read(const DepthImage& image, Vec3d p) const {
+    // Distances along the ray are longer by the length of the ray with z = 1 through the chunk's middle.
+    double along(const DepthImage& image, Vec3i chunk, const Se3& T_camera_world) const {
+        if (config_.truncation_along != BURIN_TRUNCATION_ALONG_RAY) return 1;
+        const double side = 8 * static_cast<double>(config_.voxel_m);
+        const Vec3d p =
+            T_camera_world * Vec3d{(chunk.x + 0.5) * side, (chunk.y + 0.5) * side, (chunk.z + 0.5) * side};
+        const double z = std::max(p.z, 1e-6);
+        const Camera& c = image.camera;
+        const double x = (std::clamp(c.fx * p.x / z + c.cx, 0.0, image.width - 1.0) - c.cx) / c.fx;
+        const double y = (std::clamp(c.fy * p.y / z + c.cy, 0.0, image.height - 1.0) - c.cy) / c.fy;
+        return std::sqrt(1 + x * x + y * y);
+    }
+
+    Reading read(const DepthImage& image, Vec3d p, double along) const {
         Reading r;
         if (p.z <= 1e-3) return r;
         const Pixel at = project(image.camera, p);
@@ -67,7 +81,7 @@ class Reference {
                 r.ambiguous |= u != x || v != y;
                 if (u < 0 || v < 0 || u >= image.width || v >= image.height || image.at(u, v) == 0) continue;
                 const double depth = static_cast<double>(image.at(u, v)) * static_cast<double>(image.unit_m);
-                const double s = depth - p.z, band = tau(depth);
+                const double s = (depth - p.z) * along, band = tau(depth);
                 r.may_touch |= s > -band - 3e-5 && s < band + 3e-5;
                 r.ambiguous |= std::fabs(s + band) < 3e-5;
                 if (u != x || v != y) continue;
@@ -76,22 +90,25 @@ class Reference {
                 r.free = r.seen && s >= whole;
                 r.distance =
                     r.free ? 32767 : static_cast<int>(std::lround(std::max(s, -whole) / whole * 32767));
+                r.behind = -s / whole * 32767;
+                r.tau = band / whole * 32767;
                 r.weight = image.weights ? image.weights[(y + 1) * image.stride + x + 1] : 64;
             }
         r.must_touch &= !r.ambiguous;
         return r;
     }
 
-    int dropped_weight(int distance, int weight) const {
-        const double start = static_cast<double>(options_.integration.fuse.drop_start);
-        if (config_.drop == BURIN_DROP_NONE || -distance <= start) return weight;
-        const double x = (-distance - start) / (32767 - start);
+    int dropped_weight(const Reading& r) const {
+        const double start = static_cast<double>(config_.voxel_m) /
+                             static_cast<double>(options_.integration.truncation.truncation_m) * 32767;
+        if (config_.drop == BURIN_DROP_NONE || r.behind <= start) return r.weight;
+        const double x = (r.behind - start) / (r.tau - start);
         const double factor = config_.drop == BURIN_DROP_LINEAR ? 1 - x : std::pow(1 - 5.0 / 16 * x * x, 16);
-        return weight * static_cast<int>(std::lround(256 * factor)) / 256;
+        return r.weight * static_cast<int>(std::lround(256 * std::max(factor, 0.0))) / 256;
     }
 
     void average(RefChunk& c, int i, const Reading& r, int times) const {
-        const int w = times * dropped_weight(r.distance, r.weight);
+        const int w = times * dropped_weight(r);
         if (w == 0) return;
         const auto at = static_cast<std::size_t>(i);
         c.sdf[at] += static_cast<int>(
@@ -102,13 +119,14 @@ class Reference {
     void fuse(Vec3i chunk, const DepthImage& image, const Se3& T_camera_world) {
         std::array<Reading, kChunkVoxels> readings;
         bool must = false, may = false;
+        const double longer = along(image, chunk, T_camera_world);
         for (int i = 0; i < kChunkVoxels; ++i) {
             const double voxel = static_cast<double>(config_.voxel_m);
             const Vec3d p = {(8 * chunk.x + (i & 7) + 0.5) * voxel,
                              (8 * chunk.y + (i >> 3 & 7) + 0.5) * voxel,
                              (8 * chunk.z + (i >> 6) + 0.5) * voxel};
             Reading& r = readings[static_cast<std::size_t>(i)];
-            r = read(image, T_camera_world * p);
+            r = read(image, T_camera_world * p, longer);
             must |= r.must_touch;
             may |= r.may_touch;
         }
@@ -141,7 +159,7 @@ class Reference {
 };
 
 struct Settings {
-    std::uint32_t quadratic, weight, angle, drop, carve;
+    std::uint32_t quadratic, weight, angle, drop, carve, ray = 0;
 };
 
 class Integrate : public testing::TestWithParam<Settings> {};
@@ -156,6 +174,7 @@ TEST_P(Integrate, AgreesWithThePlainReference) {
     config.angle_weight = s.angle;
     config.drop = s.drop;
     config.carve = s.carve;
+    config.truncation_along = s.ray;
     config.max_weight = 4;  // reached within the sequence
     const Camera camera = test_camera();
     config.max_depth_m = 3;
@@ -229,7 +248,8 @@ INSTANTIATE_TEST_SUITE_P(Models, Integrate,
                                          Settings{0, 0, 0, 2, 0}, Settings{0, 1, 0, 0, 1},
                                          Settings{0, 1, 1, 1, 1}, Settings{1, 0, 0, 0, 1},
                                          Settings{1, 1, 0, 1, 0}, Settings{1, 0, 1, 2, 1},
-                                         Settings{0, 0, 1, 0, 0}),
+                                         Settings{0, 0, 1, 0, 0}, Settings{0, 0, 0, 0, 1, 1},
+                                         Settings{1, 0, 0, 1, 1, 1}),
                          [](const auto& models) {
                              const Settings& s = models.param;
                              return std::string(s.quadratic ? "Quadratic" : "Constant") +
@@ -237,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(Models, Integrate,
                                     (s.drop == 0   ? "NoDrop"
                                      : s.drop == 1 ? "Linear"
                                                    : "Exponential") +
-                                    (s.carve ? "Carve" : "");
+                                    (s.carve ? "Carve" : "") + (s.ray ? "Ray" : "");
                          });
 
 TEST(Drop, TheApproximateExponentialIsOne) {

@@ -52,6 +52,11 @@ TEST(MapFile, FusingOnIsFusingStraightThrough) {
         ASSERT_EQ(burin_save(first.map, path.c_str()), BURIN_OK) << burin_last_error(first.map);
         fuse(second.map, 2, 3);  // what was there goes
         ASSERT_EQ(burin_load(second.map, path.c_str()), BURIN_OK) << burin_last_error(second.map);
+        std::uint64_t listed = 0;
+        burin_statistics loaded;
+        burin_dirty_chunks(second.map, nullptr, 0, &listed);
+        ASSERT_EQ(burin_stats(second.map, &loaded), BURIN_OK);
+        EXPECT_EQ(listed, loaded.chunks_live) << "nothing of a loaded map has been meshed";
         EXPECT_EQ(second.hash(), first.hash());
         EXPECT_EQ(second.stats().frames, 4u);
         EXPECT_EQ(second.stats().chunks_live, first.stats().chunks_live);

@@ -206,6 +206,40 @@ TEST(Mesh, ColoursComeFromTheEndsOfTheEdge) {
         EXPECT_EQ(colour[0], 100) << "the end without colour counts";
 }
 
+TEST(Mesh, ColourIsLentByTheNearestVoxelWithinTwo) {
+    TestVolume t({8, true, 0.01f, 0.04f});
+    t.fill({0, 0, 0}, {1, 0, 0},
+           [](Vec3d p) { return p.z - 0.0375; });  // between voxels 3 and 4, a quarter on
+    const auto paint = [&](int x, int y, int z, std::uint8_t red) {
+        const std::uint8_t value[4] = {red, 7, 9, 1};
+        std::memcpy(t.volume.colour(t.volume.find(pack_key({x >> 3, y >> 3, z >> 3})))
+                        .rgbn[(z & 7) << 6 | (y & 7) << 3 | (x & 7)],
+                    value, 4);
+    };
+    const auto red_at = [&](const TriangleMesh& mesh, int x, int y) {
+        for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+            if (std::fabs(mesh.positions[i].x - static_cast<float>(x) * 0.01f - 0.005f) < 1e-4f &&
+                std::fabs(mesh.positions[i].y - static_cast<float>(y) * 0.01f - 0.005f) < 1e-4f)
+                return static_cast<int>(mesh.colours[i][0]);
+        return -1;
+    };
+    paint(4, 4, 6, 60);  // 2.75 voxels above the vertex: too far
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 4, 4), 255) << "white when there is none within two voxels";
+    paint(4, 4, 5, 50);  // 1.75
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 4, 4), 50);
+    paint(5, 4, 4, 40);  // 1.25, and 1.03 for voxel (5, 4, 3)
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 4, 4), 40);
+    paint(4, 3, 3, 30);  // as near as the next one: the lower comes first
+    paint(4, 5, 3, 31);
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 4, 4), 30);
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 4, 3), 30) << "its own colour";
+    // Across chunk borders, and where there is no chunk.
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 7, 1), 255);
+    paint(8, 1, 3, 20);
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 7, 1), 20);
+    EXPECT_EQ(red_at(mesh_of(t.volume, {}), 0, 0), 255);
+}
+
 // ------------------------------------------------------------------------------------------------ small
 // components
 

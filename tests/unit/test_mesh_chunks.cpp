@@ -30,6 +30,7 @@ std::vector<Triangle> sorted_triangles(const TriangleMesh& mesh) {
 }
 
 const Camera kCamera = test_camera();
+constexpr ChangeRule kEvery{0, 1};
 
 FrameView noisy_frame(int i, int n, Rng& rng, Image<float>* depth) {
     *depth = ball_and_wall().depth(kCamera, arc_pose(i, n));
@@ -44,7 +45,7 @@ TriangleMesh unmarked_mesh(const Volume& volume, ChunkKey key, const MeshOptions
     m.normals.resize(kMaxChunkVertices);
     m.triangles.resize(kMaxChunkTriangles);
     const MeshCounts counts =
-        mesh_chunk(volume, volume.find(key), options,
+        mesh_chunk(volume, Neighbourhood(volume, unpack_key(key)), options,
                    {&m.positions[0].x, &m.normals[0].x, nullptr, m.triangles[0].data()});
     m.positions.resize(counts.vertices);
     m.normals.resize(counts.vertices);
@@ -91,7 +92,8 @@ TEST(ChunkMeshes, DirtyChunksAreEnough) {
         Image<float> depth;
         session.integrate(noisy_frame(i, 8, rng, &depth));
         std::vector<Vec3i> dirty;
-        session.session.dirty_chunks([&](std::uint64_t, Vec3i c) { dirty.push_back(c); }, 1u << 30);
+        session.session.changed_chunks(
+            kEvery, [&](std::uint64_t, Vec3i c) { dirty.push_back(c); }, 1u << 30);
         for (const Vec3i c : dirty) kept[pack_key(c)] = session.chunk_mesh(c, options);
         redone += dirty.size();
         in_all += session.volume().live();
@@ -103,7 +105,9 @@ TEST(ChunkMeshes, DirtyChunksAreEnough) {
             ASSERT_EQ(kept[key].colours, now.colours);
             ASSERT_EQ(kept[key].normals, now.normals) << "frame " << i << ": normals are stale";
         }
-        ASSERT_EQ(session.session.dirty_chunks([](std::uint64_t, Vec3i) {}, 0), 0u)
+        ASSERT_EQ(session.session.changed_chunks(
+                      kEvery, [](std::uint64_t, Vec3i) {}, 0),
+                  0u)
             << "nothing changed since";
     }
     EXPECT_LT(redone, in_all) << "everything is always dirty";
@@ -131,7 +135,8 @@ TEST(ChunkMeshes, DirtOfAFrameBetweenListAndMeshIsNotLost) {
         std::vector<Vec3i> dirty;
         const auto list = [&] {
             dirty.clear();
-            session.session.dirty_chunks([&](std::uint64_t, Vec3i c) { dirty.push_back(c); }, 1u << 30);
+            session.session.changed_chunks(
+                kEvery, [&](std::uint64_t, Vec3i c) { dirty.push_back(c); }, 1u << 30);
         };
         const auto mesh_listed = [&] {
             for (const Vec3i c : dirty) kept[pack_key(c)] = session.chunk_mesh(c, options);
@@ -163,13 +168,15 @@ TEST(ChunkMeshes, MarkOfOneChunkOnly) {
     Image<float> depth;
     session.integrate(noisy_frame(0, 3, rng, &depth));
     std::vector<Vec3i> dirty;
-    EXPECT_EQ(session.session.dirty_chunks([&](std::uint64_t, Vec3i c) { dirty.push_back(c); }, 1u << 30),
+    EXPECT_EQ(session.session.changed_chunks(
+                  kEvery, [&](std::uint64_t, Vec3i c) { dirty.push_back(c); }, 1u << 30),
               session.volume().live());
     EXPECT_TRUE(std::is_sorted(dirty.begin(), dirty.end(),
                                [](Vec3i a, Vec3i b) { return pack_key(a) < pack_key(b); }));
     session.chunk_mesh(dirty[5], {});
     std::vector<Vec3i> left;
-    session.session.dirty_chunks([&](std::uint64_t, Vec3i c) { left.push_back(c); }, 1u << 30);
+    session.session.changed_chunks(
+        kEvery, [&](std::uint64_t, Vec3i c) { left.push_back(c); }, 1u << 30);
     dirty.erase(dirty.begin() + 5);
     EXPECT_EQ(left, dirty);
     // One that is not there is an empty mesh, not an error.
@@ -195,7 +202,7 @@ TEST(ChunkMeshes, TheWorstChunkFitsTheStatedSize) {
                 }
         std::vector<float> positions(3 * kMaxChunkVertices + 3, -7);
         std::vector<std::uint32_t> triangles(3 * kMaxChunkTriangles + 3, 77);
-        const MeshCounts counts = mesh_chunk(t.volume, t.volume.find(pack_key({0, 0, 0})), {0.5f, 100},
+        const MeshCounts counts = mesh_chunk(t.volume, Neighbourhood(t.volume, {0, 0, 0}), {0.5f, 100},
                                              {positions.data(), nullptr, nullptr, triangles.data()});
         most_vertices = std::max(most_vertices, static_cast<std::size_t>(counts.vertices));
         most_triangles = std::max(most_triangles, static_cast<std::size_t>(counts.triangles));

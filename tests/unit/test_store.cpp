@@ -192,6 +192,13 @@ TEST(Store, TheWholeMapIsSavedMeshedAndResumed) {
     ASSERT_EQ(burin_save(small.map, folder.path("small").c_str()), BURIN_OK) << burin_last_error(small.map);
     ASSERT_EQ(burin_save(large.map, folder.path("large").c_str()), BURIN_OK);
     EXPECT_EQ(read_bytes(folder.path("small")).substr(4096), read_bytes(folder.path("large")).substr(4096));
+    std::string written;
+    const auto append = [](void* user, const void* data, std::uint64_t bytes) {
+        static_cast<std::string*>(user)->append(static_cast<const char*>(data), bytes);
+        return 0;
+    };
+    ASSERT_EQ(burin_save_to(small.map, append, &written), BURIN_OK) << burin_last_error(small.map);
+    EXPECT_TRUE(written == read_bytes(folder.path("small")));
     const ApiMap loaded(config_of(true, 1));
     ASSERT_EQ(burin_load(loaded.map, folder.path("small").c_str()), BURIN_OK) << burin_last_error(loaded.map);
     EXPECT_EQ(loaded.hash(), large.hash());
@@ -199,6 +206,39 @@ TEST(Store, TheWholeMapIsSavedMeshedAndResumed) {
     EXPECT_GT(expected.size(), 10000u);
     EXPECT_TRUE(all_triangles(small) == expected);
     EXPECT_EQ(small.hash(), large.hash());
+}
+
+// Meshing a chunk brings its neighbours back. They must not count as changed for that, or meshing what has
+// changed would never end.
+TEST(Store, WhatComesBackUnchangedIsNotMeshedAgain) {
+    const TempFolder folder;
+    burin_config config = config_of(true, 1);
+    config.budget_bytes = 8u << 20;
+    const ApiMap small(config);
+    ASSERT_EQ(burin_store_open(small.map, folder.path("store").c_str(), BURIN_STORE_NEW), BURIN_OK);
+    burin_change_options every = burin_change_options_default();
+    every.threshold_voxels = 0;
+    every.interval = 1;
+    std::vector<burin_chunk_key> keys(config.store_chunks);
+    std::uint64_t count = 0, meshed = 0;
+    const auto mesh_changed = [&] {
+        EXPECT_EQ(burin_changed_chunks(small.map, &every, keys.data(), keys.size(), &count), BURIN_OK);
+        std::vector<float> p(3 * 1944);
+        std::vector<std::uint32_t> t(3 * 2560);
+        for (std::uint64_t i = 0; i < count; ++i, ++meshed) {
+            burin_mesh_buffers mesh{1944, 2560, p.data(), nullptr, nullptr, t.data(), 0, 0};
+            EXPECT_EQ(burin_chunk_mesh(small.map, keys[i], nullptr, &mesh), BURIN_OK);
+        }
+    };
+    for (int i = 0; i < 60; ++i) {
+        api_walk(small, i, i + 1);
+        mesh_changed();
+    }
+    ASSERT_GT(small.stats().chunks_stored, 500u);
+    int rounds = 0;
+    for (; count > 0 && rounds < 20; ++rounds) mesh_changed();
+    EXPECT_EQ(count, 0u) << rounds << " rounds, " << meshed << " meshed";
+    EXPECT_GT(meshed, 1000u);
 }
 
 TEST(Store, NeedsRoomInTheBudget) {

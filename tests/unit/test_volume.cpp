@@ -94,6 +94,8 @@ TEST(Volume, WhatIsRemovedIsGoneAndTheRestIsFound) {
             t.volume.least_distance(fresh) = static_cast<std::int16_t>(mark);
             t.volume.colour_readings(fresh) = static_cast<std::uint8_t>(mark);
             t.volume.flags(fresh) = static_cast<std::uint8_t>(mark & 7);
+            t.volume.moved(fresh) = static_cast<std::uint16_t>(mark + 1);
+            t.volume.mesh_lag(fresh) = static_cast<std::uint16_t>(mark + 2);
         } else if (slot != kNoChunk && rng.below(10) < (growing ? 2 : 9)) {
             t.volume.remove(slot);
             model.erase(key);
@@ -110,6 +112,8 @@ TEST(Volume, WhatIsRemovedIsGoneAndTheRestIsFound) {
             ASSERT_EQ(t.volume.least_distance(at), mark);
             ASSERT_EQ(t.volume.colour_readings(at), static_cast<std::uint8_t>(mark));
             ASSERT_EQ(t.volume.flags(at), mark & 7);
+            ASSERT_EQ(t.volume.moved(at), mark + 1);
+            ASSERT_EQ(t.volume.mesh_lag(at), mark + 2);
         }
     }
 }
