@@ -220,11 +220,12 @@ class TestSession {
         return all;
     }
 
+  private:
+    Memory memory_;  // outlives the session, whose store writes from it to the end
+
+  public:
     FusionSession session;
     Jobs jobs;
-
-  private:
-    Memory memory_;
 };
 
 // The depth stage alone, in its own memory.

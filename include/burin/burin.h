@@ -114,7 +114,10 @@ typedef struct burin_config {
     uint32_t threads; /* worker threads counting the caller, 1 .. 64. Default 1. Their stacks are not in the
                          budget. The map does not depend on it */
     uint32_t truncation_along; /* a burin_truncation_along: how signed distances are measured. Default axis */
-    uint32_t reserved[7];      /* zero */
+    uint32_t store_chunks; /* > 0: burin_store_open will be called; room to know so many chunks (of the whole
+                              map) by their place in the file, 36 bytes of the budget each, and 0.4 MiB for
+                              buffers; at most 2^27. One more thread does the writing. Default 0 */
+    uint32_t reserved[6];  /* zero */
 } burin_config;
 
 #define BURIN_CONFIG_VERSION 1u
@@ -263,7 +266,9 @@ BURIN_API burin_frame burin_frame_default(void);
 
 /* Flags of a frame. */
 enum {
-    BURIN_FLAG_POOL_FULL = 1 /* chunks were dropped: raise budget_bytes or voxel_m */
+    BURIN_FLAG_POOL_FULL = 1,   /* chunks were dropped: raise budget_bytes or voxel_m */
+    BURIN_FLAG_STORE_FULL = 2,  /* the disk has no room, or the map more chunks than store_chunks */
+    BURIN_FLAG_STORE_FAILED = 4 /* the store could not be written or read back; fusion goes on in memory */
 };
 
 typedef struct burin_frame_result {
@@ -278,7 +283,8 @@ typedef struct burin_frame_result {
 
 /* Fuses one frame (Curless & Levoy 1996; projective signed distance as in KinectFusion 2011). `result` may be
  * NULL. A full pool is no error: the frame is finished with the chunks there are, see `flags` and
- * `chunks_dropped`. Errors leave the map as it was. */
+ * `chunks_dropped`. With a store open nothing is dropped unless it is full or fails. Errors leave the map as
+ * it was. */
 BURIN_API burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_frame_result* result);
 
 /* -----------------------------------------------------------------------------------------------------
@@ -291,6 +297,11 @@ typedef struct burin_statistics {
     uint32_t chunks_live, chunks_high_water, chunks_capacity;
     float voxel_m, truncation_m;            /* truncation_m: the distance the stored values are scaled by */
     float bounds_min_m[3], bounds_max_m[3]; /* box around all chunks; min > max when empty */
+    uint64_t chunks_evicted,
+        chunks_reloaded;    /* to and from the store, since it was opened or the map reset */
+    uint64_t store_bytes;   /* length of its file, 0 without one */
+    uint32_t chunks_stored; /* chunks of the map that are in the store alone */
+    int32_t store_error;    /* errno of what the disk refused last, 0 while it is well */
 } burin_statistics;
 
 /* Walks over the keys of all chunks. Errors: INVALID_ARGUMENT (null), STATE. */
@@ -428,6 +439,31 @@ BURIN_API burin_status burin_load(burin_map map, const char* path);
 /* The same from a callback, which is asked for the bytes of the map and no more: other things may follow in
  * the same stream. It runs on the calling thread. */
 BURIN_API burin_status burin_load_from(burin_map map, burin_read read, void* user);
+
+/* ----------------------------------------------------------------------------------------------------------
+ * the store: a file for the chunks that find no room in memory (docs/store.md) */
+
+typedef enum burin_store_mode {
+    BURIN_STORE_NEW = 0,   /* `path` must not exist; the map stays as it is */
+    BURIN_STORE_RESUME = 1 /* the map becomes that of the file's last commit */
+} burin_store_mode;
+
+/* Attaches a store to a map whose configuration has store_chunks; it stays until burin_destroy. From then on
+ * a frame that finds the pool full sends the chunks farthest from its view to the file, and a frame that
+ * would change chunks of the file brings them back: the map is bit for bit the one that a larger budget would
+ * have held. burin_integrate may then wait for the disk. burin_hash, burin_save, burin_chunks and
+ * burin_chunk_mesh cover the whole map; burin_mesh, burin_raycast and burin_sample what is in memory. Errors:
+ * STATE (store_chunks is 0, or a store is open), IO, FORMAT (damaged), INVALID_ARGUMENT (a store of other
+ * voxels), INSUFFICIENT_MEMORY (more chunks than store_chunks). */
+BURIN_API burin_status burin_store_open(burin_map map, const char* path, uint32_t mode);
+
+/* Writes what has changed and waits until the disk has it: whatever happens to the process or the machine
+ * later, BURIN_STORE_RESUME gives the map as it is now or as a later commit has it. IO: the disk refused (it
+ * may be tried again); the earlier commit stands. */
+BURIN_API burin_status burin_store_commit(burin_map map);
+
+/* The keys of all chunks of the map, in key order. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+BURIN_API burin_status burin_chunks(burin_map map, burin_chunk_key* keys, uint64_t capacity, uint64_t* count);
 
 #ifdef __cplusplus
 }

@@ -113,17 +113,21 @@ burin_status burin_create(const burin_config* config, void* memory, uint64_t byt
                needed - ((arena.used() + 63) & ~std::size_t{63}));
     state->session.place(rest, options);
     state->session.clear();
-    *map = register_map(state);
-    if (map->index != 0) {
-        char line[128];
-        std::snprintf(line, sizeof line, "map of %u chunks in %llu bytes, kernels %s, %d threads",
-                      options.volume.capacity, static_cast<unsigned long long>(needed), simd::target_name(),
-                      state->jobs.threads());
-        log_line(BURIN_LOG_INFO, line);
-        return BURIN_OK;
+    Status ready = config->store_chunks > 0 ? state->session.start_store() : Status();
+    if (ready.ok()) {
+        *map = register_map(state);
+        if (map->index != 0) {
+            char line[128];
+            std::snprintf(line, sizeof line, "map of %u chunks in %llu bytes, kernels %s, %d threads",
+                          options.volume.capacity, static_cast<unsigned long long>(needed),
+                          simd::target_name(), state->jobs.threads());
+            log_line(BURIN_LOG_INFO, line);
+            return BURIN_OK;
+        }
+        ready = Status::error(Code::state, "64 maps exist already");
     }
     state->~MapState();
-    return report(thread_error(), Status::error(Code::state, "64 maps exist already"));
+    return report(thread_error(), ready);
 }
 
 burin_status burin_destroy(burin_map* map) {
@@ -154,19 +158,17 @@ burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_fram
         FrameView view;
         BURIN_TRY(checked_frame(*frame, state.config, &view));
         const FrameReport r = state.session.integrate(view, state.jobs);
+        std::uint32_t flags = 0;
+        if (r.chunks.dropped > 0) flags |= BURIN_FLAG_POOL_FULL;
+        if (r.store_full) flags |= BURIN_FLAG_STORE_FULL;
+        if (r.store_failed) flags |= BURIN_FLAG_STORE_FAILED;
         if (r.chunks.dropped > 0 && !state.told_full) {
             state.told_full = true;
             log_line(BURIN_LOG_WARNING, "the map is full, chunks are dropped: raise budget_bytes or voxel_m");
         }
         if (result)
-            *result = {r.chunks.dropped > 0 ? std::uint32_t{BURIN_FLAG_POOL_FULL} : 0u,
-                       r.chunks.fused,
-                       r.chunks.added,
-                       r.chunks.carved,
-                       r.chunks.dropped,
-                       r.valid_pixels,
-                       r.depth_ms,
-                       r.integrate_ms};
+            *result = {flags,          r.chunks.fused, r.chunks.added, r.chunks.carved, r.chunks.dropped,
+                       r.valid_pixels, r.depth_ms,     r.integrate_ms};
         return {};
     });
 }
@@ -187,17 +189,28 @@ burin_status burin_stats(burin_map map, burin_statistics* out) {
         Vec3i low{std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::max(),
                   std::numeric_limits<std::int32_t>::max()};
         Vec3i high = -low;
-        for (std::uint32_t slot = 0; slot < volume.live(); ++slot) {
-            const Vec3i c = unpack_key(volume.key(slot));
+        const auto grow = [&](Vec3i c) {
             for (int r = 0; r < 3; ++r) {
                 low[r] = std::min(low[r], c[r]);
                 high[r] = std::max(high[r], c[r] + 1);
             }
+        };
+        for (std::uint32_t slot = 0; slot < volume.live(); ++slot) grow(unpack_key(volume.key(slot)));
+        const ChunkStore& store = state.session.store();
+        if (store.known() > 0) {
+            grow(store.low());
+            grow(store.high());
         }
+        const ChunkStore::Counts counts = store.counts();
+        out->chunks_evicted = counts.evicted;
+        out->chunks_reloaded = counts.reloaded;
+        out->store_bytes = counts.bytes;
+        out->store_error = counts.disk_error;
+        out->chunks_stored = store.away();
+        const bool any = low.x < high.x;
         for (int r = 0; r < 3; ++r) {
-            out->bounds_min_m[r] = volume.live() ? static_cast<float>(low[r] * 8.0 * volume.voxel_m()) : 1.0f;
-            out->bounds_max_m[r] =
-                volume.live() ? static_cast<float>(high[r] * 8.0 * volume.voxel_m()) : -1.0f;
+            out->bounds_min_m[r] = any ? static_cast<float>(low[r] * 8.0 * volume.voxel_m()) : 1.0f;
+            out->bounds_max_m[r] = any ? static_cast<float>(high[r] * 8.0 * volume.voxel_m()) : -1.0f;
         }
         return {};
     });

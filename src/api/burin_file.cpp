@@ -116,7 +116,7 @@ burin_status burin_save_to(burin_map map, burin_write write, void* user) {
         if (!write) return null_argument("write");
         Watch watch(state, 2);
         CallbackWriter writer(write, user);
-        return finished(watch.progress, state.session.save(writer, head_of(state), &watch.progress));
+        return finished(watch.progress, state.session.save(writer, head_of(state), kStream, &watch.progress));
     });
 }
 

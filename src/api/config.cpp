@@ -49,6 +49,7 @@ Status check_config(const burin_config& c) {
     BURIN_TRY(in_range("max_width", c.max_width, 1, kMaxImageSide));
     BURIN_TRY(in_range("max_height", c.max_height, 1, kMaxImageSide));
     BURIN_TRY(in_range("threads", c.threads, 1, kMaxThreads));
+    BURIN_TRY(in_range("store_chunks", c.store_chunks, 0, 1u << 27));
     for (const std::uint32_t reserved : c.reserved)
         if (reserved != 0)
             return Status::error(Code::invalid_argument, "config: a reserved field is %u, expected 0",
@@ -83,6 +84,7 @@ FusionOptions options_of(const burin_config& c) {
     o.integration.along_ray = c.truncation_along == BURIN_TRUNCATION_ALONG_RAY;
     o.integration.carve = c.carve != 0;
 
+    o.store_chunks = c.store_chunks;
     o.volume.colour = c.colour != 0;
     o.volume.voxel_m = c.voxel_m;
     o.volume.truncation_m = tau.truncation_m;

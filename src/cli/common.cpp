@@ -141,6 +141,9 @@ void MapOptions::add_to(CLI::App& app) {
     app.add_flag("--no-colour", no_colour, "geometry only");
     app.add_option("--threads", config.threads, "worker threads")->capture_default_str();
     app.add_option("--budget", budget, "bytes for the map, e.g. 64MiB")->capture_default_str();
+    app.add_option("--store-chunks", config.store_chunks,
+                   "chunks that a store may know, 36 bytes of the budget each (with --store: an eighth to a "
+                   "quarter of it)");
 }
 
 Status MapOptions::finish() {
@@ -183,6 +186,25 @@ Status status_of(burin_status status, burin_map map) {
     return Status::error(static_cast<Code>(status), "%s", burin_last_error(map));
 }
 
+Status remove_small(const MeshFlags& flags, TriangleMesh* mesh) {
+    if (mesh->positions.empty()) return {};
+    burin_mesh_buffers buffers = {};
+    buffers.vertex_capacity = buffers.vertex_count = mesh->positions.size();
+    buffers.triangle_capacity = buffers.triangle_count = mesh->triangles.size();
+    buffers.positions = &mesh->positions[0].x;
+    buffers.normals = &mesh->normals[0].x;
+    buffers.colours = mesh->colours.empty() ? nullptr : mesh->colours[0].data();
+    buffers.triangles = mesh->triangles.empty() ? nullptr : mesh->triangles[0].data();
+    std::vector<std::uint32_t> scratch(2 * mesh->positions.size());
+    BURIN_TRY(
+        status_of(burin_mesh_remove_small(&buffers, flags.min_component, scratch.data()), burin_map{0, 0}));
+    mesh->positions.resize(buffers.vertex_count);
+    mesh->normals.resize(buffers.vertex_count);
+    if (!mesh->colours.empty()) mesh->colours.resize(buffers.vertex_count);
+    mesh->triangles.resize(buffers.triangle_count);
+    return {};
+}
+
 Status extract_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh) {
     std::uint64_t vertices = 0, triangles = 0;
     BURIN_TRY(status_of(burin_mesh_size(map, &flags.options, &vertices, &triangles), map));
@@ -200,14 +222,7 @@ Status extract_mesh(burin_map map, const MeshFlags& flags, bool colour, Triangle
     buffers.triangles = triangles ? mesh->triangles[0].data() : nullptr;
     if (vertices == 0) return {};
     BURIN_TRY(status_of(burin_mesh(map, &flags.options, &buffers), map));
-    std::vector<std::uint32_t> scratch(2 * vertices);
-    BURIN_TRY(
-        status_of(burin_mesh_remove_small(&buffers, flags.min_component, scratch.data()), burin_map{0, 0}));
-    mesh->positions.resize(buffers.vertex_count);
-    mesh->normals.resize(buffers.vertex_count);
-    if (colour) mesh->colours.resize(buffers.vertex_count);
-    mesh->triangles.resize(buffers.triangle_count);
-    return {};
+    return remove_small(flags, mesh);
 }
 
 OwnedMap::~OwnedMap() {

@@ -75,6 +75,11 @@ struct MeshFlags {
 // Extracts the whole mesh of a map, with colours if wanted, and drops its small components.
 Status extract_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh);
 
+// The same when chunks are in the store: chunk by chunk, joined where they meet.
+Status extract_stored_mesh(burin_map map, const MeshFlags& flags, bool colour, TriangleMesh* mesh);
+// Drops the small components.
+Status remove_small(const MeshFlags& flags, TriangleMesh* mesh);
+
 // A map with its memory. Not copied.
 class OwnedMap {
   public:

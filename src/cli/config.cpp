@@ -49,6 +49,7 @@ void add_config(CLI::App& app, int* exit) {
             {"max_width", c.max_width, "pixels; fuse takes the data set's"},
             {"max_height", c.max_height, "pixels; fuse takes the data set's"},
             {"threads", c.threads, "1..64 (--threads)"},
+            {"store_chunks", c.store_chunks, "chunks a store may know (--store-chunks)"},
             {"bytes", bytes, "bytes that burin_create will use"},
         };
         nlohmann::json object;

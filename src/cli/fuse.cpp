@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // burin fuse: recorded depth with poses in, mesh, map and report out.
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <sstream>
 
 #include "cli/common.h"
@@ -12,7 +14,9 @@ namespace burin::cli {
 namespace {
 
 struct FuseOptions {
-    std::string dataset, output, format, frames, mesh_name = "mesh.ply", resume;
+    std::string dataset, output, format, frames, mesh_name = "mesh.ply", resume, store;
+    bool store_resume = false;
+    int store_commit = 0;
     MapOptions map;
     MeshFlags mesh;
     bool json = false, quiet = false, stream_mesh = false;
@@ -21,6 +25,7 @@ struct FuseOptions {
 struct Totals {
     int fused = 0, without_pose = 0, full_frames = 0;
     std::uint64_t dropped = 0;
+    std::uint32_t store_flags = 0;
     std::vector<double> depth_ms, integrate_ms, mesh_ms;
 };
 
@@ -109,6 +114,9 @@ Status fuse_frames(const FuseOptions& o, const Dataset& dataset, int begin, int 
         ++totals->fused;
         totals->dropped += result.chunks_dropped;
         totals->full_frames += (result.flags & BURIN_FLAG_POOL_FULL) != 0;
+        totals->store_flags |= result.flags & (BURIN_FLAG_STORE_FULL | BURIN_FLAG_STORE_FAILED);
+        // A commit that fails leaves the one before; the next tries again, and the end of the run tells.
+        if (o.store_commit > 0 && totals->fused % o.store_commit == 0) burin_store_commit(map);
         totals->depth_ms.push_back(result.depth_ms);
         totals->integrate_ms.push_back(result.integrate_ms);
         if (o.stream_mesh) {
@@ -158,11 +166,13 @@ nlohmann::json make_report(const FuseOptions& o, burin_map map, const Totals& t,
               {"high_water", s.chunks_high_water},
               {"capacity", s.chunks_capacity},
               {"dropped", t.dropped},
-              {"evicted", 0},
-              {"reloaded", 0}}},
+              {"evicted", s.chunks_evicted},
+              {"reloaded", s.chunks_reloaded},
+              {"stored", s.chunks_stored}}},
             {"memory",
              {{"budget_bytes", o.map.config.budget_bytes},
               {"arena_bytes", s.arena_bytes},
+              {"store_bytes", s.store_bytes},
               {"peak_rss_bytes", peak_rss_bytes()},
               {"surface_m2", surface_m2},
               {"bytes_per_m2", surface_m2 > 0 ? chunk_bytes / surface_m2 : 0.0}}},
@@ -181,8 +191,34 @@ std::vector<std::string> lines_of(const std::string& text) {
     return lines;
 }
 
+Status open_store(const FuseOptions& o, burin_map map) {
+    std::error_code ignored;
+    if (!o.store_resume && std::filesystem::exists(o.store, ignored))
+        return Status::error(Code::invalid_argument,
+                             "--store: %s exists; --store-resume goes on from its last commit",
+                             o.store.c_str());
+    const std::uint32_t mode = o.store_resume ? BURIN_STORE_RESUME : BURIN_STORE_NEW;
+    return status_of(burin_store_open(map, o.store.c_str(), mode), map);
+}
+
+// Commits at the end; a disk that refuses is told and is no failure of the run, whose results are yet to be
+// written.
+void end_store(const FuseOptions& o, burin_map map, const Totals& totals) {
+    const Status committed = status_of(burin_store_commit(map), map);
+    if (!committed.ok())
+        std::fprintf(stderr, "burin: %s; the store stays at its last commit\n", committed.text());
+    else if (totals.store_flags & BURIN_FLAG_STORE_FULL)
+        std::fprintf(stderr,
+                     "burin: %s: the store was full; more room on its disk, or --store-chunks (now %u)\n",
+                     o.store.c_str(), o.map.config.store_chunks);
+}
+
 int run(FuseOptions& o) {
     if (const Status status = o.map.finish(); !status.ok()) return complain_input(status);
+    if (o.store.empty() && (o.store_resume || o.store_commit > 0))
+        return complain(kBadInput, "--store-resume and --store-commit go with --store PATH");
+    if (o.store_resume && !o.resume.empty())
+        return complain(kBadInput, "--resume and --store-resume: expected one of them, both replace the map");
     int begin = 0, end = 1000000000;
     if (!o.frames.empty() && !parse_range(o.frames, &begin, &end))
         return complain(kBadInput, "--frames: '" + o.frames + "', expected A:B with A < B");
@@ -199,11 +235,20 @@ int run(FuseOptions& o) {
     o.map.config.max_width = static_cast<std::uint32_t>(first.depth_camera.width);
     o.map.config.max_height = static_cast<std::uint32_t>(first.depth_camera.height);
 
+    // An eighth of the budget; of a small one more, since a store of few chunks would soon be full.
+    if (!o.store.empty() && o.map.config.store_chunks == 0) {
+        const std::uint64_t budget = o.map.config.budget_bytes;
+        const std::uint64_t chunks =
+            std::max(budget / 8 / 36, std::min<std::uint64_t>(65536, budget / 4 / 36));
+        o.map.config.store_chunks = static_cast<std::uint32_t>(std::min<std::uint64_t>(chunks, 1u << 27));
+    }
     OwnedMap map;
     if (const Status status = map.create(o.map.config); !status.ok()) return complain_input(status);
     if (!o.resume.empty())
         if (const Status status = status_of(burin_load(map.get(), o.resume.c_str()), map.get()); !status.ok())
             return complain_input(status);
+    if (!o.store.empty())
+        if (const Status status = open_store(o, map.get()); !status.ok()) return complain_input(status);
     if (const Status status = prepare_folder(o.output); !status.ok()) return complain_output(status);
 
     Totals totals;
@@ -223,10 +268,16 @@ int run(FuseOptions& o) {
                      static_cast<unsigned long long>(totals.dropped), totals.full_frames, totals.fused,
                      o.map.budget.c_str());
 
+    if (!o.store.empty()) end_store(o, map.get(), totals);
+
     TriangleMesh mesh;
     const double start = now_ms();
-    if (const Status status = extract_mesh(map.get(), o.mesh, !o.map.no_colour, &mesh); !status.ok())
-        return complain_output(status);
+    burin_statistics stats;
+    burin_stats(map.get(), &stats);
+    const bool colour = !o.map.no_colour;
+    const Status meshed = stats.chunks_stored > 0 ? extract_stored_mesh(map.get(), o.mesh, colour, &mesh)
+                                                  : extract_mesh(map.get(), o.mesh, colour, &mesh);
+    if (!meshed.ok()) return complain_output(meshed);
     if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
 
     if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok())
@@ -260,6 +311,10 @@ void add_fuse(CLI::App& app, int* exit) {
     command->add_option("--mesh", o->mesh_name, "name of the mesh file: .ply .obj .glb .stl")
         ->capture_default_str();
     command->add_option("--resume", o->resume, "a map.burin to go on from");
+    command->add_option("--store", o->store, "a file for the chunks that find no room in the budget");
+    command->add_flag("--store-resume", o->store_resume, "go on from the store's last commit");
+    command->add_option("--store-commit", o->store_commit, "also commit the store after every so many frames")
+        ->check(CLI::NonNegativeNumber);
     command->add_flag("--stream-mesh", o->stream_mesh,
                       "also mesh the changed chunks after every frame, as an app would");
     command->add_flag("--json", o->json, "print the report on stdout");

@@ -69,11 +69,59 @@ std::uint32_t Integrator::carve_slots(const Job& job, const std::uint32_t* slots
         // Surface is being cleared away: as much as can be told.
         if (volume.least_distance(slot) <= job.mesh_band) volume.moved(slot) = 65535;
         volume.least_distance(slot) = static_cast<std::int16_t>(least);
-        volume.flags(slot) |= kChunkDirty;
+        volume.touch(slot);
         volume.last_seen(slot) = job.frame_number;
         ++carved;
     }
     return carved;
+}
+
+// The chunks in the store that this frame carves come back for it. No others are read: whether a chunk is
+// carved follows from its place alone.
+void Integrator::carve_away(Job& job, IntegrationCounts& counts) {
+    ChunkStore& store = *job.store;
+    if (store.away() == 0) return;
+    // Farther from the camera's chunk than this along an axis there is no free voxel: rays end before.
+    const Camera& c = job.image.camera;
+    const double widest = 1 + std::max(c.cx, c.width - c.cx) / c.fx,
+                 highest = 1 + std::max(c.cy, c.height - c.cy) / c.fy;
+    const double chunk_m = static_cast<double>(job.volume.voxel_m()) * kChunkSide;
+    const auto farthest = static_cast<std::int32_t>(
+        std::min(static_cast<double>(job.image.farthest_m) * (widest + highest) / chunk_m, 1e6) + 3);
+    ChunkKey keys[simd::kBatchChunks];
+    int waiting = 0;
+    const auto flush = [&] {
+        simd::ChunkBatch batch;
+        for (int i = 0; i < simd::kBatchChunks; ++i) {
+            const Vec3i chunk = unpack_key(keys[std::min(i, waiting - 1)]) - job.origin;
+            batch.x[i] = chunk.x;
+            batch.y[i] = chunk.y;
+            batch.z[i] = chunk.z;
+        }
+        simd::project_chunks(job.chunk_projection, &batch);
+        for (int i = 0; i < waiting; ++i) {
+            if (batch.most_z[i] <= 0.0f) continue;
+            const ChunkReach reach(job, batch, i);
+            if (reach.most < (batch.least_z[i] + 32767.0f) * (1 - kRounding)) continue;
+            alignas(64) std::int16_t distances[kChunkVoxels];
+            alignas(64) std::uint16_t weights[kChunkVoxels];
+            if (!simd::observe_chunk(job.projection, reach.projected, distances, weights).free) continue;
+            const std::uint32_t slot = store.bring(job.volume, keys[i]);
+            if (slot != kNoChunk) counts.carved += carve_slots(job, &slot, 1);
+        }
+        waiting = 0;
+    };
+    store.for_each_away([&](const ChunkIndex::Entry& entry) {
+        if (entry.free() || entry.last_seen == job.frame_number) return true;
+        if ((mix64(entry.key) + job.frame_number) % kCarveEvery != 0) return true;
+        const Vec3i from = unpack_key(entry.key) - job.camera;
+        for (int r = 0; r < 3; ++r)
+            if (from[r] > farthest || from[r] < -farthest) return true;
+        keys[waiting++] = entry.key;
+        if (waiting == simd::kBatchChunks) flush();
+        return true;
+    });
+    if (waiting > 0) flush();
 }
 
 }  // namespace burin

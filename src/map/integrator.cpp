@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 
 #include "core/hash.h"
 #include "map/colour_pixels.h"
@@ -50,7 +51,7 @@ void Integrator::place(Arena& arena, const IntegrationOptions& options, int max_
 }
 
 IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth, const FrameView& frame,
-                                        std::uint32_t frame_number, Jobs& jobs) {
+                                        std::uint32_t frame_number, Jobs& jobs, ChunkStore* store) {
     const DepthImage& image = depth.image;
     times_ = {};
     if (image.valid == 0) return {};
@@ -111,19 +112,28 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             // Up to those slopes the nearer end of an edge with a vertex lies within one.
             static_cast<std::uint16_t>(std::min(32766.0f, volume.voxel_m() * units_per_m)),
             Projector(cc, frame.T_colour_depth * T_camera_world, 0.0, 1.0, voxel_m),
-            frame};
+            frame,
+            {},
+            store};
+    for (int r = 0; r < 3; ++r)
+        job.camera[r] = static_cast<std::int32_t>(std::floor(std::clamp(
+            frame.T_world_camera.t[r] / (voxel_m * kChunkSide), -1.0 * kChunkLimit, 1.0 * kChunkLimit)));
     projector.fill(&job.chunk_projection, job.origin);
     if (job.with_colour) job.colour_projector.fill(&job.colour);
 
     IntegrationCounts counts;
+    // With a store, a batch must fit the pool, however small that is; the frame need not.
+    const int batch =
+        store ? static_cast<int>(std::min<std::uint32_t>(kBatch, volume.shape().capacity)) : kBatch;
     while (marker_.next_slab())
-        while (const int n = marker_.collect(xyz_[0], xyz_[1], xyz_[2], kBatch)) {
+        while (const int n = marker_.collect(xyz_[0], xyz_[1], xyz_[2], batch)) {
             laps.add(&times_.mark);
             fuse_batch(job, n, counts);
             laps = {};
         }
     laps.add(&times_.mark);
     if (options_.carve) carve(job, counts);
+    if (options_.carve && store) carve_away(job, counts);
     laps.add(&times_.carve);
     return counts;
 }
@@ -154,11 +164,22 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
                     .touched;
     });
     laps.add(&times_.test);
+    if (job.store)
+        make_room(job, chosen,
+                  static_cast<std::uint32_t>(std::count_if(
+                      touched_, touched_ + missing, [](std::uint8_t touched) { return touched != 0; })));
     for (int i = 0; i < missing; ++i) {
         if (!touched_[i]) continue;
         Candidate& candidate = candidates_[missing_[i]];
-        candidate.slot = volume.insert(candidate.key);
-        candidate.slot == kNoChunk ? ++counts.dropped : ++counts.added;
+        const bool away = job.store && job.store->holds(candidate.key);
+        // A chunk that is away and cannot come back may not begin anew.
+        candidate.slot = !away                                     ? volume.insert(candidate.key)
+                         : volume.live() < volume.shape().capacity ? job.store->bring(volume, candidate.key)
+                                                                   : kNoChunk;
+        if (candidate.slot == kNoChunk)
+            ++counts.dropped;
+        else if (!away)
+            ++counts.added;
     }
 
     laps.add(&times_.insert);
@@ -176,6 +197,24 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
     });
     counts.fused += fused.load();
     laps.add(&times_.fuse);
+}
+
+// Evicts until there is room for the chunks that this batch adds or brings back; those it has stay.
+void Integrator::make_room(Job& job, int chosen, std::uint32_t chunks) {
+    Volume& volume = job.volume;
+    if (volume.shape().capacity - volume.live() >= chunks) return;
+    const auto pin = [&](bool on) {
+        for (int i = 0; i < chosen; ++i) {
+            Candidate& candidate = candidates_[chosen_[i]];
+            if (candidate.slot == kNoChunk) continue;
+            candidate.slot = volume.find(candidate.key);
+            std::uint8_t& flags = volume.flags(candidate.slot);
+            flags = static_cast<std::uint8_t>(on ? flags | kChunkPinned : flags & ~kChunkPinned);
+        }
+    };
+    pin(true);
+    job.store->make_room(volume, chunks);
+    pin(false);
 }
 
 // Which of the marked chunks does the band reach, by the range of depth where they fall? Their places in the
@@ -250,7 +289,7 @@ bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate, const Ch
         volume.colour_readings(slot) =
             static_cast<std::uint8_t>(std::max<int>(volume.colour_readings(slot), readings));
     }
-    volume.flags(slot) |= kChunkDirty;
+    volume.touch(slot);
     volume.last_seen(slot) = job.frame_number;
     return true;
 }

@@ -9,6 +9,7 @@
 #include "core/jobs.h"
 #include "depth/depth_image.h"
 #include "map/band_marker.h"
+#include "map/chunk_store.h"
 #include "map/depth_ranges.h"
 #include "map/volume.h"
 #include "simd/tsdf.h"
@@ -44,9 +45,10 @@ class Integrator {
     // A chunk is touched if and only if the centre of at least one of its voxels lies in the band at its
     // nearest pixel; voxels in front of the band in touched chunks take +truncation. New chunks are inserted
     // in key order; those that find no room are counted in `dropped`. `frame_number` >= 1 and different for
-    // every call. `frame` gives the pose and the colour; its depth is `depth.image`.
+    // every call. `frame` gives the pose and the colour; its depth is `depth.image`. `store`: null, or where
+    // chunks go when the pool is full and come from when the frame changes them.
     IntegrationCounts integrate(Volume& volume, const DepthStage& depth, const FrameView& frame,
-                                std::uint32_t frame_number, Jobs& jobs);
+                                std::uint32_t frame_number, Jobs& jobs, ChunkStore* store = nullptr);
 
     const IntegrationTimes& times() const { return times_; }  // of the last call
 
@@ -58,10 +60,12 @@ class Integrator {
         ChunkKey key;
     };
     void fuse_batch(Job& job, int count, IntegrationCounts& counts);
+    void make_room(Job& job, int chosen, std::uint32_t chunks);
     void choose(const Job& job, int first, int end);
     bool fuse_chunk(const Job& job, const Candidate& candidate, const ChunkGeometry* next);
     static bool colour_due(const Job& job, const Candidate& candidate);
     void carve(Job& job, IntegrationCounts& counts);
+    void carve_away(Job& job, IntegrationCounts& counts);
     std::uint32_t carve_slots(const Job& job, const std::uint32_t* slots, int count);
 
     // Candidates taken through the steps (choose, test, insert, fuse) at a time: enough to keep threads busy,

@@ -27,6 +27,8 @@ struct Integrator::Job {
     std::uint16_t mesh_band;   // steps of voxels with |sdf| up to this move the mesh
     Projector colour_projector;
     const FrameView& frame;  // for its colour, where the format is not RGB
+    Vec3i camera;            // the chunk that it is in
+    ChunkStore* store;
 };
 
 // A relative error of sums of four products in single precision is below 16 of its steps.

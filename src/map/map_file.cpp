@@ -68,35 +68,37 @@ class File {  // closes itself
 
 }  // namespace
 
-Status save_map(const Volume& volume, MapFileHead head, const char* path, std::uint32_t* scratch,
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path,
                 Progress* progress) {
     struct PathWriter final : MapWriter {
         Status write(const void* data, std::size_t bytes) override { return file.write(data, bytes); }
         AtomicFile file;
     } writer;
     BURIN_TRY(writer.file.open(path));
-    BURIN_TRY(save_map(volume, head, writer, scratch, progress));
+    BURIN_TRY(save_map(chunks, shape, head, writer, path, progress));
     return writer.file.commit(true);
 }
 
-Status save_map(const Volume& volume, MapFileHead head, MapWriter& writer, std::uint32_t* scratch,
-                Progress* progress) {
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, MapWriter& writer,
+                const char* name, Progress* progress) {
     Progress nobody;
     if (!progress) progress = &nobody;
-    const auto stopped = [&] { return Status::error(Code::cancelled, "cancelled"); };
+    const auto stopped = [] { return Status::error(Code::cancelled, "cancelled"); };
     std::memcpy(head.magic, kMagic, sizeof kMagic);
     head.version = kMapFileVersion;
     head.byte_order = kByteOrder;
-    head.has_colour = volume.has_colour();
-    head.voxel_m = volume.shape().voxel_m;
-    head.truncation_m = volume.shape().truncation_m;
-    head.chunks = volume.live();
-    head.map_hash = volume.hash(scratch);  // also leaves the slots in key order in scratch
+    head.has_colour = shape.colour;
+    head.voxel_m = shape.voxel_m;
+    head.truncation_m = shape.truncation_m;
+    head.chunks = chunks.count();
+    head.map_hash = chunks.hash();
     head.unused = 0;
     head.index_hash = 0;
-    for (std::uint32_t i = 0; i < head.chunks; ++i) {
-        if (!progress->report(i, head.chunks)) return stopped();
-        const IndexEntry entry = {volume.key(scratch[i]), volume.chunk_hash(scratch[i])};
+    ChunkSource::Chunk chunk;
+    std::uint32_t seen = 0;
+    for (chunks.rewind(); chunks.next(&chunk, false); ++seen) {
+        if (!progress->report(seen, head.chunks)) return stopped();
+        const IndexEntry entry = {chunk.key, chunk.checksum};
         head.index_hash = hash_bytes(&entry, sizeof entry, head.index_hash);
     }
     head.head_hash = digest_of(head);
@@ -105,23 +107,28 @@ Status save_map(const Volume& volume, MapFileHead head, MapWriter& writer, std::
     unsigned char page[kMapFilePage] = {};
     std::memcpy(page, &head, sizeof head);
     BURIN_TRY(writer.write(page, sizeof page));
+    chunks.rewind();
     constexpr std::uint32_t kEntries = kMapFilePage / sizeof(IndexEntry);
     for (std::uint32_t first = 0; first < head.chunks; first += kEntries) {
         std::memset(page, 0, sizeof page);
         for (std::uint32_t i = first; i < std::min(head.chunks, first + kEntries); ++i) {
-            const IndexEntry entry = {volume.key(scratch[i]), volume.chunk_hash(scratch[i])};
+            chunks.next(&chunk, false);
+            const IndexEntry entry = {chunk.key, chunk.checksum};
             std::memcpy(page + (i - first) * sizeof entry, &entry, sizeof entry);
         }
         BURIN_TRY(writer.write(page, sizeof page));
     }
-    const std::uint64_t pieces = std::uint64_t{head.chunks} * (volume.has_colour() ? 2 : 1);
+    const std::uint64_t pieces = std::uint64_t{head.chunks} * (shape.colour ? 2 : 1);
     for (std::uint64_t i = 0; i < pieces; ++i) {
         if (!progress->report(i, pieces)) return stopped();
-        const std::uint32_t slot = scratch[i % head.chunks];
+        if (i % head.chunks == 0) chunks.rewind();
+        if (!chunks.next(&chunk, true))
+            return Status::error(Code::io, "%s: cannot write the map: a chunk in the store is unreadable",
+                                 name);
         if (i < head.chunks)
-            BURIN_TRY(writer.write(&volume.geometry(slot), sizeof(ChunkGeometry)));
+            BURIN_TRY(writer.write(chunk.geometry, sizeof *chunk.geometry));
         else
-            BURIN_TRY(writer.write(&volume.colour(slot), sizeof(ChunkColour)));
+            BURIN_TRY(writer.write(chunk.colour, sizeof *chunk.colour));
     }
     return {};
 }

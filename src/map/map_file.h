@@ -8,6 +8,7 @@
 
 #include "core/progress.h"
 #include "core/status.h"
+#include "map/chunk_source.h"
 #include "map/volume.h"
 
 namespace burin {
@@ -49,12 +50,12 @@ class MapReader {
     ~MapReader() = default;
 };
 
-// Writes volume to `path` (through `path`.part) or to a writer. scratch: volume.live() entries. `head` gives
+// Writes a map of this shape to `path` (through `path`.part) or to a writer, `name` in messages. `head` gives
 // frames and config; the rest is filled in. Two stages of progress.
-Status save_map(const Volume& volume, MapFileHead head, const char* path, std::uint32_t* scratch,
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path,
                 Progress* progress = nullptr);
-Status save_map(const Volume& volume, MapFileHead head, MapWriter& writer, std::uint32_t* scratch,
-                Progress* progress = nullptr);
+Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, MapWriter& writer,
+                const char* name, Progress* progress = nullptr);
 
 // Reads and checks the head only. The size of the file must be what the head demands.
 Status read_map_head(const char* path, MapFileHead* head);

@@ -56,6 +56,39 @@ std::uint32_t Volume::insert(ChunkKey key) {
     return slot;
 }
 
+std::uint32_t Volume::entry_of(ChunkKey key) const {
+    std::uint32_t i = home(key);
+    while (table_[i].key != key) i = after(i);
+    return i;
+}
+
+void Volume::remove(std::uint32_t slot) {
+    // Deletion by backward shift (Knuth 6.4, algorithm R): whatever the search passes over the hole for moves
+    // into it, so that no tombstones lengthen later searches.
+    std::uint32_t hole = entry_of(keys_[slot]);
+    for (std::uint32_t i = after(hole); table_[i].key != 0; i = after(i)) {
+        const std::uint32_t start = home(table_[i].key);
+        const bool reaches = hole <= i ? start <= hole || start > i : start <= hole && start > i;
+        if (!reaches) continue;
+        table_[hole] = table_[i];
+        hole = i;
+    }
+    table_[hole] = {};
+    const std::uint32_t last = --live_;
+    if (slot == last) return;
+    table_[entry_of(keys_[last])].slot = slot;
+    keys_[slot] = keys_[last];
+    last_seen_[slot] = last_seen_[last];
+    least_distance_[slot] = least_distance_[last];
+    moved_[slot] = moved_[last];
+    mesh_lag_[slot] = mesh_lag_[last];
+    flags_[slot] = flags_[last];
+    geometry_[slot] = geometry_[last];
+    if (!shape_.colour) return;
+    colour_readings_[slot] = colour_readings_[last];
+    colour_[slot] = colour_[last];
+}
+
 void Volume::sorted_slots(std::uint32_t* out) const {
     for (std::uint32_t i = 0; i < live_; ++i) out[i] = i;
     std::sort(out, out + live_, [this](std::uint32_t a, std::uint32_t b) { return keys_[a] < keys_[b]; });

@@ -21,6 +21,8 @@ enum : std::uint8_t {
     kChunkListed = 4,    // to be meshed: said to the caller
     kChunkMeshed = 8,    // has been meshed
     kChunkSurface = 16,  // and held surface
+    kChunkSaved = 32,    // the store has these very bytes
+    kChunkPinned = 64,   // must stay where it is while others are evicted
 };
 
 inline std::uint16_t add_saturated(std::uint16_t a, std::uint16_t b) {
@@ -53,7 +55,10 @@ class Volume {
     // A new chunk, all voxels unobserved and dirty, or kNoChunk when the pool is full. `key` must be absent.
     std::uint32_t insert(ChunkKey key);
 
-    // Slots 0..live()-1 are in use, in order of insertion.
+    // Takes a chunk out. The last slot's chunk moves into its place, so that slots 0..live()-1 stay in use.
+    void remove(std::uint32_t slot);
+
+    // Slots 0..live()-1 are in use, in order of insertion while nothing is removed.
     ChunkKey key(std::uint32_t slot) const { return keys_[slot]; }
     ChunkGeometry& geometry(std::uint32_t slot) { return geometry_[slot]; }
     const ChunkGeometry& geometry(std::uint32_t slot) const { return geometry_[slot]; }
@@ -63,6 +68,10 @@ class Volume {
 
     std::uint8_t& flags(std::uint32_t slot) { return flags_[slot]; }
     std::uint8_t flags(std::uint32_t slot) const { return flags_[slot]; }
+    // Its voxels have changed.
+    void touch(std::uint32_t slot) {
+        flags_[slot] = static_cast<std::uint8_t>((flags_[slot] | kChunkDirty) & ~kChunkSaved);
+    }
     // Number of the frame that last fused or carved the chunk.
     std::uint32_t& last_seen(std::uint32_t slot) { return last_seen_[slot]; }
     std::uint32_t last_seen(std::uint32_t slot) const { return last_seen_[slot]; }
@@ -80,6 +89,7 @@ class Volume {
 
     // The largest count of readings of a voxel's colour.
     std::uint8_t& colour_readings(std::uint32_t slot) { return colour_readings_[slot]; }
+    std::uint8_t colour_readings(std::uint32_t slot) const { return colour_readings_[slot]; }
 
     // Slots in ascending key order, written to out[0..live()-1].
     void sorted_slots(std::uint32_t* out) const;
@@ -98,6 +108,7 @@ class Volume {
     std::uint32_t home(ChunkKey key) const {
         return static_cast<std::uint32_t>((mix64(key) >> 32) * table_size_ >> 32);
     }
+    std::uint32_t entry_of(ChunkKey key) const;  // the key must be there
     std::uint32_t after(std::uint32_t i) const { return i + 1 == table_size_ ? 0 : i + 1; }
 
     struct Entry {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace burin {
 namespace {
@@ -41,6 +42,7 @@ std::uint32_t FusionSession::capacity_for(const FusionOptions& options, std::uin
 void FusionSession::place(Arena& arena, const FusionOptions& options) {
     options_ = options;
     volume_.place(arena, options.volume);
+    store_.place(arena, options.volume, options.store_chunks);
     depth_.place(arena, options.depth);
     integrator_.place(arena, options.integration, options.depth.max_width, options.depth.max_height);
     mesher_.place(arena, options.volume.capacity);
@@ -49,6 +51,7 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
 
 void FusionSession::clear() {
     volume_.clear();
+    store_.is_open() ? store_.forget() : store_.clear();
     frames_ = dropped_ = 0;
     counted_ = false;
 }
@@ -60,7 +63,12 @@ FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
     depth_.prepare(frame, jobs);
     const double prepared = now_ms();
     ++frames_;
-    report.chunks = integrator_.integrate(volume_, depth_, frame, static_cast<std::uint32_t>(frames_), jobs);
+    if (store_.is_open()) store_.begin_frame(middle_of_view(frame));
+    report.chunks = integrator_.integrate(volume_, depth_, frame, static_cast<std::uint32_t>(frames_), jobs,
+                                          store_.is_open() ? &store_ : nullptr);
+    const ChunkStore::Counts store = store_.counts();
+    report.store_full = store.full;
+    report.store_failed = store.failed;
     report.valid_pixels = depth_.image.valid;
     report.depth_ms = prepared - start;
     report.integrate_ms = now_ms() - prepared;
@@ -68,13 +76,78 @@ FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
     return report;
 }
 
+// The chunk in the middle of what a camera may see: from there, distance tells what leaves memory first.
+Vec3i FusionSession::middle_of_view(const FrameView& frame) const {
+    const Vec3d middle =
+        frame.T_world_camera * Vec3d{0, 0, 0.5 * static_cast<double>(options_.depth.max_depth_m)};
+    const double chunk_m = static_cast<double>(volume_.voxel_m()) * kChunkSide;
+    Vec3i chunk;
+    for (int r = 0; r < 3; ++r)
+        chunk[r] = static_cast<std::int32_t>(
+            std::floor(std::clamp(middle[r] / chunk_m, -1.0 * kChunkLimit, 1.0 * kChunkLimit)));
+    return chunk;
+}
+
+// A chunk and what its mesh reads come back from the store.
+void FusionSession::bring_around(ChunkKey key) {
+    if (store_.away() == 0) return;
+    const Vec3i centre = unpack_key(key);
+    ChunkKey away[27];
+    std::uint32_t count = 0;
+    const auto for_neighbours = [&](auto&& body) {
+        for (int i = 0; i < 27; ++i) {
+            const Vec3i c = {centre.x + i % 3 - 1, centre.y + i / 3 % 3 - 1, centre.z + i / 9 - 1};
+            if (chunk_in_range(c)) body(pack_key(c));
+        }
+    };
+    for_neighbours([&](ChunkKey k) {
+        if (store_.holds(k)) away[count++] = k;
+    });
+    if (count == 0) return;
+    counted_ = false;  // slots change
+    const auto pin = [&](bool on) {
+        for_neighbours([&](ChunkKey k) {
+            const std::uint32_t slot = volume_.find(k);
+            if (slot == kNoChunk) return;
+            std::uint8_t& flags = volume_.flags(slot);
+            flags = static_cast<std::uint8_t>(on ? flags | kChunkPinned : flags & ~kChunkPinned);
+        });
+    };
+    pin(true);
+    store_.look_at(centre);
+    if (store_.make_room(volume_, count))
+        for (std::uint32_t i = 0; i < count; ++i) (void)store_.bring(volume_, away[i]);
+    pin(false);
+}
+
 MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out) {
+    bring_around(key);
     const std::uint32_t slot = volume_.find(key);
     if (slot == kNoChunk) return {};
     const Neighbourhood around(volume_, unpack_key(key));
     const MeshCounts counts = mesh_chunk(volume_, around, options, out);
     mark_meshed(volume_, around, counts.triangles > 0);
     return counts;
+}
+
+template <class Body>
+Status FusionSession::with_all_chunks(Body&& body) {
+    if (store_.away() > 0) {
+        StoreSource all(volume_, store_);
+        return body(all);
+    }
+    VolumeSource resident(volume_, scratch_);
+    return body(resident);
+}
+
+Status FusionSession::save(const char* path, const MapFileHead& head, Progress* progress) {
+    return with_all_chunks(
+        [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, path, progress); });
+}
+
+Status FusionSession::save(MapWriter& writer, const MapFileHead& head, const char* name, Progress* progress) {
+    return with_all_chunks(
+        [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, writer, name, progress); });
 }
 
 Status FusionSession::load(const char* path, const MapFileHead& head, Progress* progress) {
@@ -88,6 +161,21 @@ Status FusionSession::load(MapReader& reader, const MapFileHead& head, const cha
     clear();
     BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress));
     frames_ = head.frames;
+    return {};
+}
+
+std::uint64_t FusionSession::hash() {
+    if (store_.away() == 0) return volume_.hash(scratch_);
+    return StoreSource(volume_, store_).hash();
+}
+
+Status FusionSession::resume_store(const char* path) {
+    std::uint64_t frames = 0;
+    BURIN_TRY(store_.resume(path, &frames));
+    volume_.clear();
+    frames_ = frames;
+    dropped_ = 0;
+    counted_ = false;
     return {};
 }
 

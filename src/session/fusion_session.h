@@ -2,6 +2,7 @@
 // The loop of fusion with given poses: depth, integrate, mesh. The only place where these stages meet.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "capture/frame.h"
@@ -9,6 +10,8 @@
 #include "core/jobs.h"
 #include "core/status.h"
 #include "depth/depth_image.h"
+#include "map/chunk_source.h"
+#include "map/chunk_store.h"
 #include "map/integrator.h"
 #include "map/map_file.h"
 #include "map/raycast.h"
@@ -23,12 +26,14 @@ struct FusionOptions {
     VolumeShape volume;  // capacity is derived from the budget
     DepthOptions depth;
     IntegrationOptions integration;
+    std::uint32_t store_chunks = 0;  // room in the index of a store; 0: there will be none
 };
 
 struct FrameReport {
     IntegrationCounts chunks;
     std::uint32_t valid_pixels = 0;
     double depth_ms = 0, integrate_ms = 0;
+    bool store_full = false, store_failed = false;
 };
 
 class FusionSession {
@@ -75,24 +80,52 @@ class FusionSession {
         raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
     }
 
-    Status save(const char* path, const MapFileHead& head, Progress* progress = nullptr) {
-        return save_map(volume_, head, path, scratch_, progress);
-    }
-    Status save(MapWriter& writer, const MapFileHead& head, Progress* progress) {
-        return save_map(volume_, head, writer, scratch_, progress);
-    }
+    Status save(const char* path, const MapFileHead& head, Progress* progress = nullptr);
+    Status save(MapWriter& writer, const MapFileHead& head, const char* name, Progress* progress);
     // On failure the map is empty.
     Status load(const char* path, const MapFileHead& head, Progress* progress = nullptr);
     Status load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress);
-    std::uint64_t hash() { return volume_.hash(scratch_); }
+    std::uint64_t hash();  // of all chunks, also of those in the store
+
+    Status start_store() { return store_.start(); }  // its thread
+    // A file for what finds no room in memory. resume: the map becomes that of its last commit.
+    Status open_store(const char* path, const StoreHead& head) { return store_.create(path, head); }
+    Status resume_store(const char* path);
+    Status commit_store() { return store_.commit(volume_, frames_); }
+    // All chunks in key order, put(i, chunk) for the first `capacity`. Returns how many there are.
+    template <class Put>
+    std::uint64_t all_chunks(Put&& put, std::uint64_t capacity) {
+        std::uint64_t count = 0;
+        if (store_.away() == 0) {
+            volume_.sorted_slots(scratch_);
+            for (; count < std::min<std::uint64_t>(capacity, volume_.live()); ++count)
+                put(count, unpack_key(volume_.key(scratch_[count])));
+            return volume_.live();
+        }
+        for (ChunkKey last = 0; count < capacity;) {
+            const auto keys = store_.next_keys(volume_, last);
+            if (keys.empty()) break;
+            last = keys.back();
+            for (const ChunkKey key : keys)
+                if (count < capacity) put(count++, unpack_key(key));
+        }
+        return volume_.live() + std::uint64_t{store_.away()};
+    }
+    const ChunkStore& store() const { return store_; }
 
     const Volume& volume() const { return volume_; }
     std::uint64_t frames() const { return frames_; }
     std::uint64_t dropped() const { return dropped_; }
 
   private:
+    Vec3i middle_of_view(const FrameView& frame) const;
+    void bring_around(ChunkKey key);
+    template <class Body>  // body(ChunkSource&)
+    Status with_all_chunks(Body&& body);
+
     FusionOptions options_;
     Volume volume_;
+    ChunkStore store_;
     DepthStage depth_;
     Integrator integrator_;
     Mesher mesher_;

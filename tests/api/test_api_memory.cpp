@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 
+#include "dataset_files.h"
 #include "scene_helpers.h"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -171,6 +172,51 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
         logged = 0;
         EXPECT_GT(meshed, 20u * 1000);
     }
+}
+
+// With a store in use all the while: the thread and its buffers are there since burin_create.
+TEST(Memory, AStoreAllocatesNothingEither) {
+    const TempFolder folder;
+    const std::string path = folder.path("store");
+    const Camera camera = test_camera();
+    std::vector<Image<float>> depths;
+    const auto pose = [](int i) {
+        return look_from({0, 0, 0}, {std::sin(i * 0.3), 0.1 * std::cos(i), std::cos(i * 0.3)});
+    };
+    const AnalyticScene scene{{{{0, 0, -1}, -3}, {{0, 0, 1}, -3}, {{-1, 0, 0}, -3}, {{1, 0, 0}, -3}}, {}};
+    for (int i = 0; i < 60; ++i) depths.push_back(scene.depth(camera, pose(i)));
+    burin_config config = test_config();
+    config.budget_bytes = 4u << 20;
+    config.store_chunks = 10000;
+    config.threads = 2;
+    const ApiMap map(config);
+    std::vector<float> positions(3 * 1944);
+    std::vector<std::uint32_t> triangles(3 * 2560);
+    std::vector<burin_chunk_key> keys(10000);
+    long failed = 0;
+    std::uint64_t hash = 0, count = 0;
+    allocations = 0;
+    failed += burin_store_open(map.map, path.c_str(), BURIN_STORE_NEW) != BURIN_OK;
+    for (int i = 0; i < 60; ++i) {
+        const burin_frame frame = c_frame(frame_of(depths[static_cast<std::size_t>(i)], camera, pose(i)));
+        burin_frame_result result;
+        failed += burin_integrate(map.map, &frame, &result) != BURIN_OK;
+        failed += result.flags != 0;
+        if (i % 20 == 19) {
+            failed += burin_store_commit(map.map) != BURIN_OK;
+            failed += burin_hash(map.map, &hash) != BURIN_OK;
+            failed += burin_chunks(map.map, keys.data(), keys.size(), &count) != BURIN_OK;
+            burin_mesh_buffers mesh{1944, 2560, positions.data(), nullptr, nullptr, triangles.data(), 0, 0};
+            for (std::uint64_t k = 0; k < count; k += 50)
+                failed += burin_chunk_mesh(map.map, keys[k], nullptr, &mesh) != BURIN_OK;
+        }
+    }
+    const long all = allocations.load();
+    EXPECT_EQ(all, 0);
+    EXPECT_EQ(failed, 0);
+    EXPECT_GT(map.stats().chunks_evicted, 100u);
+    EXPECT_GT(map.stats().chunks_reloaded, 100u);
+    EXPECT_EQ(map.stats().arena_bytes, map.bytes);
 }
 
 #else

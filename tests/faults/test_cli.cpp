@@ -117,6 +117,39 @@ TEST_F(Cli, ASmallBudgetFinishesAndSaysWhatItDropped) {
     EXPECT_GT(read_ply(path("out/mesh.ply"))->triangles.size(), 1000u);
 }
 
+TEST_F(Cli, AStoreMakesASmallBudgetEnough) {
+    ASSERT_EQ(fuse("large", {"--min-depth", "0.3"}).exit, 0);
+    const std::vector<std::string> small = {"--min-depth", "0.3", "--budget", "1900KiB", "--store-chunks", "3000",
+                                            "--store", path("store")};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), small.begin(), small.end());
+        return more;
+    };
+    const Ran ran = fuse("small", with({"--store-commit", "2"}));
+    ASSERT_EQ(ran.exit, 0) << ran.err;
+    EXPECT_EQ(ran.lines(), 0) << ran.err;
+    const nlohmann::json r = report("small"), large = report("large");
+    EXPECT_EQ(r["map_hash"], large["map_hash"]);
+    EXPECT_EQ(r["chunks"]["dropped"], 0);
+    EXPECT_GT(r["chunks"]["evicted"], 0);
+    EXPECT_GT(r["chunks"]["reloaded"], 0);
+    EXPECT_LE(r["memory"]["arena_bytes"].get<std::uint64_t>(), 1900u << 10);
+    EXPECT_GT(large["chunks"]["live"].get<int>(), r["chunks"]["capacity"].get<int>());
+    EXPECT_EQ(read_bytes(path("small/map.burin")).substr(4096), read_bytes(path("large/map.burin")).substr(4096));
+    const auto a = read_ply(path("small/mesh.ply")), b = read_ply(path("large/mesh.ply"));
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_EQ(a->positions.size(), b->positions.size());
+    EXPECT_EQ(a->triangles.size(), b->triangles.size());
+
+    const Ran again = fuse("again", small);
+    EXPECT_EQ(again.exit, 2) << "the store exists";
+    EXPECT_NE(again.err.find("--store-resume"), std::string::npos) << again.err;
+    ASSERT_EQ(fuse("again", with({"--store-resume", "--frames", ":1"})).exit, 0);
+    EXPECT_NE(report("again")["map_hash"], r["map_hash"]) << "one frame more";
+    EXPECT_EQ(fuse("none", {"--store-resume"}).exit, 2);
+    EXPECT_EQ(fuse("none", {"--store-resume", "--store", path("not-there")}).exit, 2);
+}
+
 TEST_F(Cli, FormatsOptionsAndQuiet) {
     EXPECT_EQ(fuse("out", {"--format", "tum", "--quiet"}).out, "");
     EXPECT_EQ(fuse("grey", {"--no-colour"}).exit, 0);

@@ -109,7 +109,7 @@ struct Machine {
         c.max_width = c.max_height = in.rarely() ? in.word() : kSide;
         if (in.rarely()) c.struct_size = in.byte();
         if (in.rarely()) c.version = in.byte();
-        if (in.rarely()) c.reserved[in.byte() % 7] = in.byte();
+        if (in.rarely()) c.reserved[in.byte() % 6] = in.byte();
         std::uint64_t bytes = 0;
         const burin_status sized = burin_bytes(&c, &bytes);
         if (sized != BURIN_OK) check_text(burin_last_error(burin_map{0, 0}));

@@ -72,6 +72,52 @@ TEST(Volume, FindsWhatWasInsertedAndNothingElse) {
     for (const std::uint32_t slot : order) EXPECT_EQ(t.volume.key(slot), (expected++)->first);
 }
 
+TEST(Volume, WhatIsRemovedIsGoneAndTheRestIsFound) {
+    Rng rng(5);
+    TestVolume t(shape_of(300));
+    std::map<ChunkKey, int> model;  // key -> what its voxels hold
+    for (int step = 0; step < 60000; ++step) {
+        const ChunkKey key = pack_key({rng.below(9) - 4, rng.below(9) - 4, rng.below(9) - 4});
+        const std::uint32_t slot = t.volume.find(key);
+        ASSERT_EQ(slot != kNoChunk, model.contains(key));
+        // The filling swings between almost empty and full.
+        const bool growing = step / 5000 % 2 == 0;
+        if (slot == kNoChunk && rng.below(10) < (growing ? 9 : 2)) {
+            const std::uint32_t fresh = t.volume.insert(key);
+            ASSERT_EQ(fresh == kNoChunk, model.size() == 300);
+            if (fresh == kNoChunk) continue;
+            const int mark = rng.below(30000);
+            model[key] = mark;
+            t.volume.geometry(fresh).sdf[511] = static_cast<std::int16_t>(mark);
+            t.volume.colour(fresh).rgbn[7][1] = static_cast<std::uint8_t>(mark);
+            t.volume.last_seen(fresh) = static_cast<std::uint32_t>(mark);
+            t.volume.least_distance(fresh) = static_cast<std::int16_t>(mark);
+            t.volume.colour_readings(fresh) = static_cast<std::uint8_t>(mark);
+            t.volume.flags(fresh) = static_cast<std::uint8_t>(mark & 7);
+            t.volume.moved(fresh) = static_cast<std::uint16_t>(mark + 1);
+            t.volume.mesh_lag(fresh) = static_cast<std::uint16_t>(mark + 2);
+        } else if (slot != kNoChunk && rng.below(10) < (growing ? 2 : 9)) {
+            t.volume.remove(slot);
+            model.erase(key);
+        }
+        ASSERT_EQ(t.volume.live(), model.size());
+        if (step % 97 != 0) continue;
+        for (const auto& [k, mark] : model) {
+            const std::uint32_t at = t.volume.find(k);
+            ASSERT_LT(at, t.volume.live());
+            ASSERT_EQ(t.volume.key(at), k);
+            ASSERT_EQ(t.volume.geometry(at).sdf[511], mark);
+            ASSERT_EQ(t.volume.colour(at).rgbn[7][1], static_cast<std::uint8_t>(mark));
+            ASSERT_EQ(t.volume.last_seen(at), static_cast<std::uint32_t>(mark));
+            ASSERT_EQ(t.volume.least_distance(at), mark);
+            ASSERT_EQ(t.volume.colour_readings(at), static_cast<std::uint8_t>(mark));
+            ASSERT_EQ(t.volume.flags(at), mark & 7);
+            ASSERT_EQ(t.volume.moved(at), mark + 1);
+            ASSERT_EQ(t.volume.mesh_lag(at), mark + 2);
+        }
+    }
+}
+
 TEST(Volume, NewChunksAreEmptyInUsedMemory) {
     TestVolume t(shape_of(64));
     for (int round = 0; round < 2; ++round) {  // the second time over what the first left
