@@ -102,7 +102,8 @@ void Integrator::carve_away(Job& job, IntegrationCounts& counts) {
         for (int i = 0; i < waiting; ++i) {
             if (batch.most_z[i] <= 0.0f) continue;
             const ChunkReach reach(job, batch, i);
-            if (reach.most < (batch.least_z[i] + 32767.0f) * (1 - kRounding)) continue;
+            if (reach.most < (batch.least_z[i] + 32767.0f / reach.projected.along) * (1 - kRounding))
+                continue;
             alignas(64) std::int16_t distances[kChunkVoxels];
             alignas(64) std::uint16_t weights[kChunkVoxels];
             if (!simd::observe_chunk(job.projection, reach.projected, distances, weights).free) continue;
