@@ -38,6 +38,10 @@ int write_all(StoreIo& io, std::uint64_t at, const void* from, std::size_t bytes
     return 0;
 }
 
+// Not in the header: the runtime has no run-time types, which sanitized callers would look for.
+FileIo::~FileIo() { close(); }
+bool FileIo::is_open() const { return fd_ >= 0; }
+
 Status FileIo::lock() {
     if (::flock(fd_, LOCK_EX | LOCK_NB) == 0) return {};
     const int error = errno;

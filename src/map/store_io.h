@@ -28,7 +28,7 @@ int write_all(StoreIo& io, std::uint64_t at, const void* from, std::size_t bytes
 class FileIo final : public StoreIo {
   public:
     FileIo() = default;
-    ~FileIo() override { close(); }
+    ~FileIo() override;
     FileIo(const FileIo&) = delete;
     FileIo& operator=(const FileIo&) = delete;
 
@@ -38,7 +38,7 @@ class FileIo final : public StoreIo {
     Status create(const char* path);
     Status publish();
     void close();
-    bool is_open() const { return fd_ >= 0; }
+    bool is_open() const;
 
     std::int64_t read(std::uint64_t at, void* to, std::size_t bytes) override;
     std::int64_t write(std::uint64_t at, const void* from, std::size_t bytes) override;
