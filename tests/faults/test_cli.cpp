@@ -119,8 +119,8 @@ TEST_F(Cli, ASmallBudgetFinishesAndSaysWhatItDropped) {
 
 TEST_F(Cli, AStoreMakesASmallBudgetEnough) {
     ASSERT_EQ(fuse("large", {"--min-depth", "0.3"}).exit, 0);
-    const std::vector<std::string> small = {"--min-depth", "0.3", "--budget", "1900KiB", "--store-chunks", "3000",
-                                            "--store", path("store")};
+    const std::vector<std::string> small = {"--min-depth",    "0.3",  "--budget", "1900KiB",
+                                            "--store-chunks", "3000", "--store",  path("store")};
     const auto with = [&](std::vector<std::string> more) {
         more.insert(more.begin(), small.begin(), small.end());
         return more;
@@ -135,7 +135,8 @@ TEST_F(Cli, AStoreMakesASmallBudgetEnough) {
     EXPECT_GT(r["chunks"]["reloaded"], 0);
     EXPECT_LE(r["memory"]["arena_bytes"].get<std::uint64_t>(), 1900u << 10);
     EXPECT_GT(large["chunks"]["live"].get<int>(), r["chunks"]["capacity"].get<int>());
-    EXPECT_EQ(read_bytes(path("small/map.burin")).substr(4096), read_bytes(path("large/map.burin")).substr(4096));
+    EXPECT_EQ(read_bytes(path("small/map.burin")).substr(4096),
+              read_bytes(path("large/map.burin")).substr(4096));
     const auto a = read_ply(path("small/mesh.ply")), b = read_ply(path("large/mesh.ply"));
     ASSERT_TRUE(a.ok() && b.ok());
     EXPECT_EQ(a->positions.size(), b->positions.size());
