@@ -55,7 +55,7 @@ std::uint32_t Integrator::carve_slots(const Job& job, const std::uint32_t* slots
     for (int i = 0; i < count; ++i) {
         if (batch.most_z[i] <= 0.0f) continue;
         const ChunkReach reach(job, batch, i);
-        if (reach.most < (batch.least_z[i] + 32767.0f / reach.projected.along) * (1 - kRounding)) continue;
+        if (!reach.may_be_free(batch.least_z[i])) continue;
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
         const std::uint32_t slot = slots[i];
@@ -102,8 +102,7 @@ void Integrator::carve_away(Job& job, IntegrationCounts& counts) {
         for (int i = 0; i < waiting; ++i) {
             if (batch.most_z[i] <= 0.0f) continue;
             const ChunkReach reach(job, batch, i);
-            if (reach.most < (batch.least_z[i] + 32767.0f / reach.projected.along) * (1 - kRounding))
-                continue;
+            if (!reach.may_be_free(batch.least_z[i])) continue;
             alignas(64) std::int16_t distances[kChunkVoxels];
             alignas(64) std::uint16_t weights[kChunkVoxels];
             if (!simd::observe_chunk(job.projection, reach.projected, distances, weights).free) continue;

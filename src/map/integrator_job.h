@@ -62,6 +62,11 @@ struct ChunkReach {
         most = range.largest == 0 ? -1.0f : static_cast<float>(range.largest) * job.units_per_raw;
     }
 
+    // Might a voxel of the chunk, whose nearest lies at least_z, be free?
+    bool may_be_free(float least_z) const {
+        return most >= (least_z + 32767.0f / projected.along) * (1 - kRounding);
+    }
+
   private:
     // Length of the ray with z = 1 through the middle of the chunk: distances along the ray are so much
     // longer than along z. It changes by a few percent over a chunk and does not move the zero, so one serves
