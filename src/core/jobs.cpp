@@ -44,7 +44,11 @@ Jobs::~Jobs() {
 }
 
 void Jobs::run_erased(int count, Function function, void* context) {
-    if (progress_ && progress_->stopped()) return;
+    // Told here for the first item, so that a run is always told of, even when the other threads take all
+    // items.
+    if (progress_ &&
+        (progress_->stopped() || !progress_->report(0, static_cast<std::uint64_t>(std::max(count, 1)))))
+        return;
     function_ = function;
     context_ = context;
     count_ = count;
@@ -60,7 +64,7 @@ void Jobs::run_erased(int count, Function function, void* context) {
 
 void Jobs::run_alone() {
     for (int item = 0; item < count_; ++item) {
-        if (progress_ &&
+        if (progress_ && item > 0 &&
             !progress_->report(static_cast<std::uint64_t>(item), static_cast<std::uint64_t>(count_)))
             return;
         function_(context_, item, 0);
@@ -69,7 +73,7 @@ void Jobs::run_alone() {
 
 void Jobs::take_items(int worker, bool tell) {
     for (int item; (item = next_.fetch_add(1, std::memory_order_relaxed)) < count_;) {
-        if (tell &&
+        if (tell && item > 0 &&
             !progress_->report(static_cast<std::uint64_t>(item), static_cast<std::uint64_t>(count_))) {
             next_.store(count_, std::memory_order_relaxed);  // nobody finds another
             return;
