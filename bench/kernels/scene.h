@@ -58,6 +58,7 @@ struct KernelScene {
         const Projector projector(camera, T_camera_world, 1.0, frame->truncation.units_per_m(), kVoxel);
         const Projector colour_projector(camera, T_camera_world, 0.0, 1.0, kVoxel);
         projector.fill(&frame->offsets);
+        projector.fill(&frame->groups);
         colour_projector.fill(&colour);
         colour.rgb = rgb.data();
         colour.width = kWidth;
@@ -77,7 +78,7 @@ struct KernelScene {
                                  static_cast<std::int32_t>(std::floor(p.y / side)),
                                  static_cast<std::int32_t>(std::floor(p.z / side))};
             const simd::ProjectiveBase base = projector.base(chunk);
-            chunks.push_back({base.u, base.v, base.z, true, true, z > 1.6, 1.0f});
+            chunks.push_back({base.u, base.v, base.z, true, true, simd::Pixels::narrow, 1.0f});
             colour_bases.push_back(colour_projector.base(chunk));
         }
     }

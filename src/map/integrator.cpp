@@ -29,6 +29,18 @@ class Laps {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+// Pixels by groups are off by less than reach^2 / focal length: a tenth of a pixel here.
+float group_reach(const simd::DepthProjection& projection, const Camera& camera, bool along_ray) {
+    float along = 1;
+    if (along_ray) {
+        const double x = std::max(camera.cx, camera.width - 1 - camera.cx) / camera.fx,
+                     y = std::max(camera.cy, camera.height - 1 - camera.cy) / camera.fy;
+        along = static_cast<float>(std::sqrt(1 + x * x + y * y));
+    }
+    if (!projection.allows_groups(along)) return 0;
+    return static_cast<float>(std::sqrt(0.1 * std::min(camera.fx, camera.fy)));
+}
+
 template <class Body>
 void for_ranges(Jobs& jobs, int count, Body&& body) {
     jobs.run((count + kChunksPerItem - 1) / kChunksPerItem, [&](int item, int) {
@@ -73,6 +85,7 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
     projection.drop = options_.drop;
     projection.drop_start_m = options_.drop_start_m;
     projector.fill(&projection.offsets);
+    projector.fill(&projection.groups);
     ranges_.build(depth.tiles);
     marker_.begin(image, depth.tiles, frame.T_world_camera, options_.truncation, volume.voxel_m(), jobs);
 
@@ -85,6 +98,7 @@ IntegrationCounts Integrator::integrate(Volume& volume, const DepthStage& depth,
             frame_number,
             image.unit_m * units_per_m,
             options_.along_ray,
+            group_reach(projection, image.camera, options_.along_ray),
             marker_.origin(),
             {},
             volume.has_colour() && !frame.colour.empty(),

@@ -19,7 +19,8 @@ struct Integrator::Job {
     std::uint32_t frame_number;
     float units_per_raw;  // stored units a step of the depth image
     bool along_ray;
-    Vec3i origin;  // chunk that chunk_projection counts from
+    float group_reach;  // chunks whose groups reach less far are projected by groups; 0: none
+    Vec3i origin;       // chunk that chunk_projection counts from
     simd::ChunkProjection chunk_projection;
     bool with_colour;
     simd::ColourFrame colour;
@@ -42,20 +43,26 @@ struct ChunkReach {
 
     template <class Job>  // Integrator::Job
     ChunkReach(const Job& job, const simd::ChunkBatch& batch, int i)
-        : projected{batch.base_u[i], batch.base_v[i], batch.base_z[i], false, false, false, 1.0f} {
+        : projected{
+              batch.base_u[i], batch.base_v[i], batch.base_z[i], false, false, simd::Pixels::exact, 1.0f} {
         DepthRange range = job.ranges.all();
         // Nearer than the truncation, pixels may mean nothing, and missing readings need a test of their own.
         if (batch.least_z[i] > 32800.0f) {
             const float u0 = batch.least_u[i], u1 = batch.most_u[i], v0 = batch.least_v[i],
                         v1 = batch.most_v[i];
-            // Nearest pixels of the image without its border, half a pixel and a little for rounding around.
+            // Nearest pixels of the image without its border, half a pixel, and a tenth for affine groups,
+            // around.
             const auto pixel = [](float x) { return static_cast<int>(std::min(std::max(x, 0.0f), 1e6f)); };
             range =
-                job.ranges.over(pixel(u0 - 1.51f), pixel(v0 - 1.51f), pixel(u1 - 0.49f), pixel(v1 - 0.49f));
+                job.ranges.over(pixel(u0 - 1.61f), pixel(v0 - 1.61f), pixel(u1 - 0.39f), pixel(v1 - 0.39f));
             projected.far = true;
             projected.inside = u0 > 1 && v0 > 1 && u1 < static_cast<float>(job.image.width) &&
                                v1 < static_cast<float>(job.image.height);
-            projected.small = batch.block_reach[i] < simd::kWindowReach;
+            const float reach = batch.group_reach[i];
+            if (projected.inside && reach < job.group_reach)
+                projected.pixels = reach < simd::kNarrowReach ? simd::Pixels::narrow
+                                   : reach < simd::kWideReach ? simd::Pixels::wide
+                                                              : simd::Pixels::exact;
         }
         if (job.along_ray) projected.along = ray_length(job, batch, i);
         least = static_cast<float>(range.least) * job.units_per_raw;

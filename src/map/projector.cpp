@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "map/projector.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace burin {
 
 Projector::Projector(const Camera& c, const Se3& T_camera_world, double shift, double scale, double voxel_m) {
     const double cx = c.cx + shift, cy = c.cy + shift;
+    centre_[0] = cx;
+    centre_[1] = cy;
     const Mat3d& R = T_camera_world.R;
     const Vec3d& t = T_camera_world.t;
     const double voxel = scale * voxel_m;
@@ -24,8 +29,37 @@ void Projector::fill(simd::ProjectiveOffsets* table) const {
         simd::ProjectiveOffsets::Block& block = table->block[i];
         for (int k = 0; k < simd::kBlockVoxels; ++k)
             put(x + (k & 3), y + (k >> 2), z, &block.u[k], &block.v[k], &block.z[k]);
-        put(x + 1.5, y + 1.5, z, &table->middle_u[i], &table->middle_v[i], &table->middle_z[i]);
     }
+}
+
+void Projector::group_size(double* most_across, double* most_z) const {
+    *most_across = *most_z = 0;
+    for (int k = 0; k < 8; ++k) {
+        const double x = k & 1 ? 1.5 : -1.5, y = k & 2 ? 1.5 : -1.5, z = k & 4 ? 0.5 : -0.5;
+        *most_across = std::max({*most_across, across(0, x, y, z), across(1, x, y, z)});
+        *most_z = std::max(*most_z, across(2, x, y, z));
+    }
+}
+
+void Projector::fill(simd::GroupOffsets* table) const {
+    double most_across = 0, most_z = 0;
+    group_size(&most_across, &most_z);
+    table->most_across = static_cast<float>(most_across);
+    table->most_z = static_cast<float>(most_z);
+    table->centre_u = static_cast<float>(centre_[0]);
+    table->centre_v = static_cast<float>(centre_[1]);
+    for (int k = 0; k < simd::kGroupVoxels; ++k) {
+        const double x = (k & 3) - 1.5, y = (k >> 3) - 1.5, z = (k >> 2 & 1) - 0.5;
+        const auto part = [](double value, double most) {
+            return static_cast<std::int16_t>(std::lround(32767 * value / most));
+        };
+        table->across_u[k] = part(across(0, x, y, z), most_across);
+        table->across_v[k] = part(across(1, x, y, z), most_across);
+        table->z[k] = part(across(2, x, y, z), most_z);
+    }
+    for (int g = 0; g < simd::kGroups; ++g)
+        put(4 * (g & 1) + 1.5, 4 * (g >> 1 & 1) + 1.5, 2 * (g >> 2) + 0.5, &table->middle_u[g],
+            &table->middle_v[g], &table->middle_z[g]);
 }
 
 void Projector::fill(simd::ColourFrame* frame) const {
@@ -37,7 +71,13 @@ void Projector::fill(simd::ChunkProjection* p, Vec3i origin) const {
     for (int k = 0; k < 3; ++k)
         put(k == 0 ? kChunkSide : 0, k == 1 ? kChunkSide : 0, k == 2 ? kChunkSide : 0, &p->step_u[k],
             &p->step_v[k], &p->step_z[k]);
-    for (int k = 0; k < 2; ++k) put(k == 0, k == 1, 0, &p->voxel_u[k], &p->voxel_v[k], &p->voxel_z[k]);
+    for (int k = 0; k < 3; ++k) put(k == 0, k == 1, k == 2, &p->voxel_u[k], &p->voxel_v[k], &p->voxel_z[k]);
+    double most_across = 0, most_z = 0;
+    group_size(&most_across, &most_z);
+    p->most_across = static_cast<float>(most_across);
+    p->most_z = static_cast<float>(most_z);
+    p->centre_u = static_cast<float>(centre_[0]);
+    p->centre_v = static_cast<float>(centre_[1]);
     const simd::ProjectiveBase first = base(origin);
     p->origin_u = first.u;
     p->origin_v = first.v;

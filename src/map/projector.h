@@ -18,6 +18,7 @@ class Projector {
     Projector(const Camera& camera, const Se3& T_camera_world, double shift, double scale, double voxel_m);
 
     void fill(simd::ProjectiveOffsets* table) const;
+    void fill(simd::GroupOffsets* table) const;
     void fill(simd::ColourFrame* frame) const;  // its steps
     // Of chunks relative to `origin`.
     void fill(simd::ChunkProjection* projection, Vec3i origin) const;
@@ -25,6 +26,8 @@ class Projector {
     simd::ProjectiveBase base(Vec3i chunk) const;
 
   private:
+    // The largest offsets within a group of voxels, at its corners, (u and v) and in depth.
+    void group_size(double* across, double* depth) const;
     // Component k (u, v or z) of a point in voxels: (0, 0, 0) is the low corner of the world's voxel (0, 0,
     // 0).
     double at(int k, double x, double y, double z) const { return offset_[k] + step(k, x, y, z); }
@@ -38,6 +41,12 @@ class Projector {
         *w = static_cast<float>(step(2, x, y, z));
     }
 
+    // Component k of a voxel's offset (x, y, z) at its own depth: fx X, fy Y or Z, scaled.
+    double across(int k, double x, double y, double z) const {
+        return step(k, x, y, z) - (k < 2 ? centre_[k] * step(2, x, y, z) : 0);
+    }
+
+    double centre_[2];  // principal point
     double row_[3][3];  // a voxel
     double offset_[3];
 };

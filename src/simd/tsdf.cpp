@@ -35,9 +35,13 @@ inline void average(int distance, int w, int max_weight, std::int16_t* sdf, std:
 // The same where every observation weighs kWeightOne: a step of more than 16 bits can't be.
 inline void average_constant(int distance, int max_weight, std::int16_t* sdf, std::uint16_t* sum) {
     const int total = *sum + kWeightOne;
-    const int step =
-        round_to_int(static_cast<float>(kWeightOne * (distance - *sdf)) / static_cast<float>(total));
-    *sdf = static_cast<std::int16_t>(*sdf + std::clamp(step, -32768, 32767));
+    if (*sum == 0) {
+        *sdf = static_cast<std::int16_t>(distance);
+    } else {
+        const int share = round_to_int(32768.0f * kWeightOne / static_cast<float>(total));
+        const int step = ((distance * share + 16384) >> 15) - ((*sdf * share + 16384) >> 15);
+        *sdf = static_cast<std::int16_t>(*sdf + std::clamp(step, -32768, 32767));
+    }
     *sum = static_cast<std::uint16_t>(std::min(total, max_weight));
 }
 
@@ -51,6 +55,7 @@ namespace scalar {
 
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights, const void*) {
+    if (chunk.pixels != Pixels::exact) return observe_groups(frame, chunk, distances);
     const float u_max = static_cast<float>(frame.width) + 1.0f,
                 v_max = static_cast<float>(frame.height) + 1.0f;
     const float to_units = frame.truncation.units_per_m();

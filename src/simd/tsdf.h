@@ -29,22 +29,42 @@ struct ProjectiveOffsets {
         float u[kBlockVoxels], v[kBlockVoxels], z[kBlockVoxels];
     };
     alignas(64) Block block[kBlocks];
-    alignas(64) float middle_u[kBlocks], middle_v[kBlocks], middle_z[kBlocks];  // of the blocks
 };
 struct ProjectiveBase {
     float u, v, z;  // of voxel 0
 };
 
-// A chunk in the image. The hints only save work; false is always right.
+// How the voxels of a chunk find their pixels. exact: each by its own division. Otherwise by groups of 4x4x2
+// voxels, whose middles divide; the others lie where the map that is affine in the group puts them, in fixed
+// point. A group must fall into a window around its middle: 8x8 pixels (narrow) or 16x16 (wide). Where the
+// true offset from the middle is d pixels, the affine one is off by d times the voxel's relative depth in the
+// group, so by less than reach^2 / focal length.
+enum class Pixels : std::uint8_t { exact, narrow, wide };
+
+// A chunk in the image. far and inside are hints that save work; false is always right.
 struct ProjectedChunk {
     float u, v, z;  // of voxel 0
     bool far;       // all voxels lie farther than 32768 units
     bool inside;    // far, and all voxels fall into the image
-    bool small;     // far, and no voxel of a block falls farther than kWindowReach pixels (in u or in v) from
-                    // where the block's middle does
+    Pixels pixels;  // not exact: far, inside, the frame allows groups, and ChunkBatch::group_reach is below
+                    // kNarrowReach or kWideReach
     float along;    // factor of all distances: 1, or the length of the ray with z = 1, to measure along it
 };
-inline constexpr float kWindowReach = 3.45f;  // 8x8 pixels around the middle hold a block, rounding included
+// From the middle of a window of 8 or 16 pixels; the rest is for rounding.
+inline constexpr float kNarrowReach = 3.45f, kWideReach = 7.45f;
+
+// Groups of 4x4x2 voxels: group g begins at voxel (4 (g & 1), 4 (g >> 1 & 1), 2 (g >> 2)); its voxel (x, y,
+// z) is in lane 8 y + 4 z + x. With this order, the halves of 64 bits of a left and a right group,
+// interleaved, are whole rows. (u, v) of a voxel relative to the middle are written as the part at the
+// middle's depth, (fx X, fy Y), and the shear (c - middle) Z: terms of the same size as their sum.
+inline constexpr int kGroups = 16, kGroupVoxels = 32;
+struct GroupOffsets {
+    // fx X and fy Y over most_across, Z over most_z, of the voxels of a group from its middle, in 1/32767.
+    alignas(64) std::int16_t across_u[kGroupVoxels], across_v[kGroupVoxels], z[kGroupVoxels];
+    alignas(64) float middle_u[kGroups], middle_v[kGroups], middle_z[kGroups];  // as ProjectiveOffsets
+    float most_across, most_z;                                                  // above 0
+    float centre_u, centre_v;  // principal point, pixels of the bordered image
+};
 
 struct TruncationModel {
     float
@@ -71,13 +91,20 @@ struct DepthProjection {
     Drop drop;
     float drop_start_m;
     ProjectiveOffsets offsets;
+    GroupOffsets groups;
 
+    // May chunks be projected by groups, with distances of up to `along` times their depth? No with weights
+    // by pixel or drop, with the quadratic model, for images whose windows do not fit them or a 16-bit
+    // offset, and where a step of depth or the depth of a group is too large or too small beside the
+    // truncation for 16 bits.
+    bool allows_groups(float along) const;
     bool weighted() const { return weights != nullptr || drop != Drop::none; }
 };
 
 // distances[i] = s = (depth at the nearest pixel - z of voxel i) in stored units, rounded to nearest; kFree
 //   from 32767 on; kUnseen when there is no reading, s <= -tau(depth) (from -32768 on), or z <= kLeastZ.
 // weights[i], written when frame.weighted(): the pixel's weight times the drop; kUnseen where that is 0.
+//   chunk.pixels not exact: the same to within 4 units, at the pixel of the affine map (observe_groups).
 // touched: some voxel lies in the band: neither kUnseen (before the drop) nor kFree, and with the quadratic
 //   model s < tau(depth). free: some voxel is kFree. When nothing is touched and nothing is free, the arrays
 //   may be left unwritten.
@@ -94,8 +121,10 @@ Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& ch
 
 // The weighted running average (Curless & Levoy 1996): for every voxel that is not kUnseen
 //   sdf += round(w (distance - sdf) / (weight_sum + w));  weight_sum = min(weight_sum + w, max_weight)
-// `weights` null: every observation weighs kWeightOne, and the step saturates at 16 bits (as it can't do
-// where every observation weighed as much). max_weight <= 64000. Returns the least |sdf| over the voxels it
+// `weights` null: every observation weighs kWeightOne, and the step is taken in fixed point, with the share
+// r = round(2^15 kWeightOne / (weight_sum + kWeightOne)) of this observation: [r distance] - [r sdf], where
+// [x] = floor(x / 2^15 + 1/2); within a unit of the above, never beyond the distance, saturated at 16 bits;
+// a voxel without weight takes the distance. max_weight <= 64000. Returns the least |sdf| over the voxels it
 // changed, kFree when it changed none.
 // *moved (may be null) = the largest |step| of the voxels with |sdf| <= near before or after it; 65535 when
 // one of them
@@ -114,6 +143,8 @@ int carve_distances(const std::int16_t* distances, const std::uint16_t* weights,
 namespace scalar {
 Observation observe_chunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                           std::uint16_t* weights, const void* ahead = nullptr);
+Observation observe_groups(const DepthProjection& frame, const ProjectedChunk& chunk,
+                           std::int16_t* distances);
 int fuse_distances(const std::int16_t* distances, const std::uint16_t* weights, std::uint16_t max_weight,
                    std::int16_t* sdf, std::uint16_t* weight_sum, std::uint16_t near = 0,
                    std::uint16_t* moved = nullptr);

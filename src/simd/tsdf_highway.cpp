@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The kernels of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in the
 // same order a lane, no fused multiply-add, no approximate reciprocal, no sums across lanes.
+#include <array>
 #include <cstring>
 
 #include "simd/tsdf.h"
@@ -33,54 +34,71 @@ int CarveDistances(const std::int16_t* distances, const std::uint16_t* weights, 
 
 #if BURIN_HAVE_PACK
 
-// The common case, every observation weighing kWeightOne: sums and minima in 16 bits; 64 (distance - sdf) by
-// one multiply-add of interleaved pairs.
-int FuseConstant(const std::int16_t* HWY_RESTRICT distances, std::uint16_t max_weight,
-                 std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum, std::uint16_t near,
-                 std::uint16_t* moved) {
+// Shares of an observation (tsdf.h) beside sums of weights, those without weight aside.
+HWY_INLINE hn::Vec<DFull16> Shares(hn::Vec<DFullU16> sum) {
     const DF df;
     const DI di;
     const DFull16 d16;
     const DFullU16 du16;
+#if HWY_TARGET <= HWY_AVX3
+    // While every sum is a whole number of up to 63 observations, from a table.
+    alignas(64) static constexpr auto kTable = [] {
+        std::array<std::int16_t, 64> table{};  // [0] is for none
+        for (int n = 1; n < 64; ++n) {         // to nearest, ties to even: only 32768 / 2^k has none
+            const int doubled = 65536 / (n + 1);
+            table[static_cast<std::size_t>(n)] = static_cast<std::int16_t>((doubled + 1) / 2);
+        }
+        return table;
+    }();
+    if (HWY_LIKELY(_mm512_test_epi16_mask(
+                       sum.raw, _mm512_set1_epi16(static_cast<std::int16_t>(~(63 * kWeightOne)))) == 0))
+        return hn::Vec<DFull16>{_mm512_permutex2var_epi16(_mm512_load_si512(kTable.data()),
+                                                          _mm512_srli_epi16(sum.raw, 6),
+                                                          _mm512_load_si512(kTable.data() + 32))};
+#endif
+    const auto total = hn::Add(sum, hn::Set(du16, kWeightOne));
+    const auto share = [&](hn::Vec<DFullU16> wide) HWY_ATTR {
+        return RoundInRange(
+            hn::Div(hn::Set(df, 32768.0f * kWeightOne), hn::ConvertTo(df, hn::BitCast(di, wide))));
+    };
+    const auto zero = hn::Zero(du16);
+    return hn::ReorderDemote2To(d16, share(hn::InterleaveLower(du16, total, zero)),
+                                share(hn::InterleaveUpper(du16, total, zero)));
+}
+
+// The common case, every observation weighing kWeightOne, in 16 bits.
+int FuseConstant(const std::int16_t* HWY_RESTRICT distances, std::uint16_t max_weight,
+                 std::int16_t* HWY_RESTRICT sdf, std::uint16_t* HWY_RESTRICT weight_sum, std::uint16_t near,
+                 std::uint16_t* moved) {
+    const DFull16 d16;
+    const DFullU16 du16;
     const int lanes = static_cast<int>(hn::Lanes(d16));
-    const auto unseen = hn::Set(d16, kUnseen), zero = hn::Zero(d16);
-    const auto one = hn::Set(du16, kWeightOne), most = hn::Set(du16, max_weight);
-    const auto pair = hn::BitCast(d16, hn::Set(di, (-kWeightOne) * 65536 + kWeightOne));  // (64, -64) a pair
-    const auto close = hn::Set(du16, near), nothing = hn::Zero(du16);
-    auto least = hn::Set(du16, 32767);
-    auto still = hn::Set(du16, 65535);  // 65535 - the largest step
+    const auto unseen = hn::Set(d16, kUnseen);
+    const auto one = hn::Set(du16, kWeightOne), heaviest = hn::Set(du16, max_weight);
+    const auto close = hn::Set(du16, near), nothing = hn::Zero(du16), all = hn::Set(du16, 65535);
+    auto least = hn::Set(du16, 32767), most = nothing;
     for (int i = 0; i < kChunkVoxels; i += lanes) {
         const auto d = hn::Load(d16, distances + i);
-        const auto hidden = hn::Eq(d, unseen);
-        if (hn::AllTrue(d16, hidden)) continue;
+        const auto seen = hn::Ne(d, unseen);
+        if (hn::AllFalse(d16, seen)) continue;
+        const auto seen_u = hn::RebindMask(du16, seen);
         const auto before = hn::Load(d16, sdf + i);
         const auto sum = hn::Load(du16, weight_sum + i);
-        const auto total = hn::Add(sum, one);
-        const auto step = [&](auto pairs, auto wide_total) {
-            const auto product = hn::ConvertTo(df, MultiplyAddPairs(pairs, pair));
-            return RoundInRange(hn::Div(product, hn::ConvertTo(df, hn::BitCast(di, wide_total))));
-        };
-        const auto left = step(hn::InterleaveLower(d16, d, before),
-                               hn::InterleaveLower(d16, hn::BitCast(d16, total), zero));
-        const auto right = step(hn::InterleaveUpper(d16, d, before),
-                                hn::InterleaveUpper(d16, hn::BitCast(d16, total), zero));
-        const auto after = hn::Add(before, hn::IfThenZeroElse(hidden, PackRows(left, right)));
-        hn::Store(after, d16, sdf + i);
-        hn::Store(hn::IfThenElse(hn::RebindMask(du16, hidden), sum, hn::Min(total, most)), du16,
-                  weight_sum + i);
+        const auto fresh = hn::Eq(sum, nothing);
+        const auto share = Shares(sum);
+        const auto step = hn::SaturatedSub(hn::MulFixedPoint15(d, share), hn::MulFixedPoint15(before, share));
+        const auto after = hn::IfThenElse(hn::RebindMask(d16, fresh), d, hn::Add(before, step));
+        hn::Store(hn::IfThenElse(seen, after, before), d16, sdf + i);
+        hn::Store(hn::IfThenElse(seen_u, hn::Min(hn::Add(sum, one), heaviest), sum), du16, weight_sum + i);
         const auto size = hn::BitCast(du16, hn::Abs(after));
-        const auto out = hn::BitCast(du16, hn::VecFromMask(d16, hidden));
-        least = hn::Min(least, hn::Or(size, out));
-        // Steps up to 65534, as differences without sign; 65535 for voxels without weight.
-        const auto fresh = hn::VecFromMask(du16, hn::Eq(sum, nothing));
-        const auto nearest = hn::Min(size, hn::Or(hn::BitCast(du16, hn::Abs(before)), fresh));
-        const auto step_size =
-            hn::Or(hn::BitCast(du16, hn::Sub(hn::Max(after, before), hn::Min(after, before))), fresh);
-        const auto counts = hn::Eq(hn::Min(nearest, close), nearest);
-        still =
-            hn::Min(still, hn::Or(hn::Or(hn::Not(step_size), out), hn::Not(hn::VecFromMask(du16, counts))));
+        least = hn::IfThenElse(seen_u, hn::Min(least, size), least);
+        // Of a voxel without weight, only where it arrives counts, and the step is 65535.
+        const auto nearest = hn::IfThenElse(fresh, size, hn::Min(size, hn::BitCast(du16, hn::Abs(before))));
+        const auto step_size = hn::IfThenElse(fresh, all, hn::BitCast(du16, hn::Abs(step)));
+        const auto counts = hn::And(seen_u, hn::Eq(hn::Min(nearest, close), nearest));
+        most = hn::IfThenElse(counts, hn::Max(most, step_size), most);
     }
-    if (moved) *moved = static_cast<std::uint16_t>(65535 - LeastLane(still));
+    if (moved) *moved = static_cast<std::uint16_t>(65535 - LeastLane(hn::Not(most)));
     return LeastLane(least);
 }
 
@@ -109,17 +127,27 @@ int Fuse(const std::int16_t* HWY_RESTRICT distances, const std::uint16_t* HWY_RE
         const auto before = hn::PromoteTo(di, hn::Load(d16, sdf + i));
         const auto sum = hn::PromoteTo(di, hn::Load(du16, weight_sum + i));
         const auto total = hn::Add(sum, w);
-        const auto step =
-            hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(d, before))), hn::ConvertTo(df, total));
-        auto whole = RoundInRange(step);
-        if constexpr (!kWeighted) whole = hn::Min(hn::Max(whole, hn::Set(di, -32768)), hn::Set(di, 32767));
+        const auto fresh = hn::Eq(sum, nothing);
+        auto whole = hn::Zero(di);
+        if constexpr (kWeighted) {
+            whole = RoundInRange(
+                hn::Div(hn::ConvertTo(df, hn::Mul(w, hn::Sub(d, before))), hn::ConvertTo(df, total)));
+        } else {
+            const auto share =
+                RoundInRange(hn::Div(hn::Set(df, 32768.0f * kWeightOne), hn::ConvertTo(df, total)));
+            const auto scaled = [&](hn::Vec<DI> v) HWY_ATTR {
+                return hn::ShiftRight<15>(hn::Add(hn::Mul(v, share), hn::Set(di, 16384)));
+            };
+            const auto step = hn::Sub(scaled(d), scaled(before));
+            whole = hn::IfThenElse(fresh, hn::Sub(d, before),
+                                   hn::Min(hn::Max(step, hn::Set(di, -32768)), hn::Set(di, 32767)));
+        }
         const auto after = hn::IfThenElse(seen, hn::Add(before, whole), before);
         const auto sum_after = hn::IfThenElse(seen, hn::Min(total, max_weight), sum);
         hn::Store(hn::DemoteTo(d16, after), d16, sdf + i);
         hn::Store(hn::DemoteTo(du16, sum_after), du16, weight_sum + i);
         const auto size = hn::Abs(after);
         least = hn::Min(least, hn::IfThenElse(seen, size, free_i));
-        const auto fresh = hn::Eq(sum, nothing);
         const auto nearest = hn::IfThenElse(fresh, size, hn::Min(size, hn::Abs(before)));
         const auto step_size = hn::IfThenElse(fresh, hn::Set(di, 65535), hn::Abs(hn::Sub(after, before)));
         most = hn::Max(most, hn::IfThenElseZero(hn::And(seen, hn::Not(hn::Gt(nearest, close))), step_size));

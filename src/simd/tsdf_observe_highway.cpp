@@ -2,10 +2,9 @@
 // observe_chunk of tsdf.h, many lanes at a time. Bit for bit what tsdf.cpp computes: the same operations in
 // the same order a lane, no fused multiply-add, no approximate reciprocal.
 //
-// Three ways to the same result. `Careful` follows the specification to the letter. Most chunks lie farther
-// away than the truncation; then no test for missing depth is needed, since a missing reading (0) fails the
-// band test by itself: `Simple`. Where the processor looks up 64 entries in one instruction, and 4x4 voxels
-// span at most 8x8 pixels, the pixels go through registers: `Windowed`.
+// Chunks projected by groups, most of them: tsdf_groups-inl.h. For the others there are two ways to the same
+// result. `Careful` follows the specification to the letter. Chunks farther away than the truncation need no
+// test for missing depth, since a missing reading (0) fails the band test by itself: `Simple`.
 #include <cstring>
 
 #include "simd/tsdf.h"
@@ -18,6 +17,7 @@
 #include <hwy/highway.h>
 
 #include "simd/kernel.h"
+#include "simd/tsdf_groups-inl.h"
 #include "simd/vector-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -226,12 +226,6 @@ HWY_INLINE hn::Vec<DI> Distance(hn::Vec<DI> reading, hn::Vec<DF> unit, hn::Vec<D
     return RoundInRange(kAlong ? hn::Mul(s, along) : s);
 }
 
-// A slab's share of what is wanted next.
-HWY_INLINE void AskFor(const char* bytes) {
-    __builtin_prefetch(bytes, 1, 3);
-    __builtin_prefetch(bytes + 64, 1, 3);
-}
-
 template <bool kAlong, bool kClip>
 Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
                    std::int16_t* HWY_RESTRICT distances, const char* ahead) {
@@ -273,85 +267,6 @@ Observation Simple(const DepthProjection& frame, const ProjectedChunk& chunk,
     return found.Get();
 }
 
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-
-// 8x8 pixels from `from` on as a table of 64.
-struct Window {
-    __m512i low, high;
-};
-HWY_INLINE Window LoadWindow(const std::uint16_t* from, std::ptrdiff_t stride) {
-    const auto rows = [&](const std::uint16_t* p) {
-        const auto two = [stride](const std::uint16_t* q) {
-            return _mm256_inserti128_si256(
-                _mm256_castsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(q))),
-                _mm_loadu_si128(reinterpret_cast<const __m128i*>(q + stride)), 1);
-        };
-        return _mm512_inserti64x4(_mm512_castsi256_si512(two(p)), two(p + 2 * stride), 1);
-    };
-    return {rows(from), rows(from + 4 * stride)};
-}
-
-template <bool kAlong, bool kClip>
-Observation Windowed(const DepthProjection& frame, const ProjectedChunk& chunk,
-                     std::int16_t* HWY_RESTRICT distances, const char* ahead) {
-    const DF df;
-    const DI di;
-    constexpr int kLanes = 16;
-    // The window of each block: 8x8 pixels around the projection of its middle, in the image.
-    alignas(64) std::int32_t corner[kBlocks], first[kBlocks];
-    const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), middle = hn::Set(df, 3.5f);
-    const auto base_u = hn::Set(df, chunk.u), base_v = hn::Set(df, chunk.v), base_z = hn::Set(df, chunk.z);
-    const auto last_column = hn::Set(df, static_cast<float>(frame.width + 2 - 8)),
-               last_row = hn::Set(df, static_cast<float>(frame.height + 2 - 8));
-    const auto stride = hn::Set(di, frame.stride);
-    for (int i = 0; i < kBlocks; i += kLanes) {
-        const auto inverse_z = hn::Div(one, hn::Add(base_z, hn::Load(df, frame.offsets.middle_z + i)));
-        const auto u = hn::Mul(hn::Add(base_u, hn::Load(df, frame.offsets.middle_u + i)), inverse_z);
-        const auto v = hn::Mul(hn::Add(base_v, hn::Load(df, frame.offsets.middle_v + i)), inverse_z);
-        const auto column = RoundInRange(hn::Min(hn::Max(hn::Sub(u, middle), zero), last_column));
-        const auto row = RoundInRange(hn::Min(hn::Max(hn::Sub(v, middle), zero), last_row));
-        hn::Store(hn::Add(hn::Mul(row, stride), column), di, corner + i);
-        hn::Store(hn::Add(hn::ShiftLeft<3>(row), column), di, first + i);
-    }
-    const auto unit = hn::Set(df, frame.unit_m * frame.truncation.units_per_m()),
-               along = hn::Set(df, chunk.along);
-    constexpr __mmask32 kEven = 0x55555555;
-    const std::uint16_t* const pixels = frame.pixels;
-    const std::ptrdiff_t row_step = frame.stride;
-    Found found;
-    for (int block = 0; block < kBlocks; block += 2) {
-        AskFor(ahead + 64 * block);
-        hn::Vec<DI> halves[2];
-        for (int half = 0; half < 2; ++half) {
-            hn::Vec<DI> column, row;
-            hn::Vec<DF> z;
-            Project<kClip>(frame, chunk, block + half, 0, &column, &row, &z);
-            // Row and column in the window, 3 bits each; the look-up ignores higher ones.
-            const auto index =
-                hn::Sub(hn::Add(hn::ShiftLeft<3>(row), column), hn::Set(di, first[block + half]));
-            const Window window = LoadWindow(pixels + corner[block + half], row_step);
-            const hn::Vec<DI> reading{
-                _mm512_maskz_permutex2var_epi16(kEven, window.low, index.raw, window.high)};
-            halves[half] = Distance<kAlong>(reading, unit, z, along);
-        }
-        found.Add(halves[0], halves[1]);
-        StoreRows(halves[0], halves[1], distances + kBlockVoxels * block);
-    }
-    return found.Get();
-}
-
-#endif
-
-template <bool kAlong, bool kClip>
-Observation Far(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
-                const char* ahead) {
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    if (chunk.small && frame.width > 8 && frame.height > 8)
-        return Windowed<kAlong, kClip>(frame, chunk, distances, ahead);
-#endif
-    return Simple<kAlong, kClip>(frame, chunk, distances, ahead);
-}
-
 Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chunk, std::int16_t* distances,
                          std::uint16_t* weights, const void* ahead) {
     const bool quadratic = frame.truncation.quadratic, weighted = frame.weighted();
@@ -360,13 +275,15 @@ Observation ObserveChunk(const DepthProjection& frame, const ProjectedChunk& chu
                          : Careful<false, true>(frame, chunk, distances, weights);
     if (quadratic) return Careful<true, false>(frame, chunk, distances, weights);
 
-    if (!chunk.far) return Careful<false, false>(frame, chunk, distances, weights);
     const auto* next = static_cast<const char*>(ahead ? ahead : distances);
+    if (chunk.pixels == Pixels::narrow) return Groups<Pixels::narrow>(frame, chunk, distances, next);
+    if (chunk.pixels == Pixels::wide) return Groups<Pixels::wide>(frame, chunk, distances, next);
+    if (!chunk.far) return Careful<false, false>(frame, chunk, distances, weights);
     if (chunk.along != 1.0f)
-        return chunk.inside ? Far<true, false>(frame, chunk, distances, next)
-                            : Far<true, true>(frame, chunk, distances, next);
-    return chunk.inside ? Far<false, false>(frame, chunk, distances, next)
-                        : Far<false, true>(frame, chunk, distances, next);
+        return chunk.inside ? Simple<true, false>(frame, chunk, distances, next)
+                            : Simple<true, true>(frame, chunk, distances, next);
+    return chunk.inside ? Simple<false, false>(frame, chunk, distances, next)
+                        : Simple<false, true>(frame, chunk, distances, next);
 }
 
 #endif  // HWY_SCALAR

@@ -106,6 +106,12 @@ HWY_INLINE void StoreRows(hn::Vec<DI> left, hn::Vec<DI> right, std::int16_t* to)
 #endif
 }
 
+// A share of what is wanted next, asked for piece by piece.
+HWY_INLINE void AskFor(const char* bytes) {
+    __builtin_prefetch(bytes, 1, 3);
+    __builtin_prefetch(bytes + 64, 1, 3);
+}
+
 // Four lookups at a time: `at` holds four indices of 32 bits, the results go to `to` as four of 16.
 HWY_INLINE void LookUp4(const std::uint16_t* HWY_RESTRICT table, const std::int32_t* HWY_RESTRICT at,
                         std::uint16_t* HWY_RESTRICT to) {
@@ -115,6 +121,16 @@ HWY_INLINE void LookUp4(const std::uint16_t* HWY_RESTRICT table, const std::int3
     const std::uint64_t four =
         std::uint64_t{table[static_cast<std::uint32_t>(a)]} | std::uint64_t{table[a >> 32]} << 16 |
         std::uint64_t{table[static_cast<std::uint32_t>(b)]} << 32 | std::uint64_t{table[b >> 32]} << 48;
+    std::memcpy(to, &four, 8);
+}
+
+// The same with indices of 16 bits.
+HWY_INLINE void LookUp4(const std::uint16_t* HWY_RESTRICT table, const std::uint16_t* HWY_RESTRICT at,
+                        std::uint16_t* HWY_RESTRICT to) {
+    std::uint64_t four;
+    std::memcpy(&four, at, 8);
+    four = std::uint64_t{table[four & 0xffff]} | std::uint64_t{table[four >> 16 & 0xffff]} << 16 |
+           std::uint64_t{table[four >> 32 & 0xffff]} << 32 | std::uint64_t{table[four >> 48]} << 48;
     std::memcpy(to, &four, 8);
 }
 

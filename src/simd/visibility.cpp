@@ -32,17 +32,22 @@ void project_chunks(const ChunkProjection& p, ChunkBatch* batch) {
             batch->least_z[i] = k > 0 && batch->least_z[i] < corner_z ? batch->least_z[i] : corner_z;
             batch->most_z[i] = k > 0 && batch->most_z[i] > corner_z ? batch->most_z[i] : corner_z;
         }
-        const auto steps = [](const float pixel[2], const float depth[2], float low, float high) {
+        const auto larger = [](float a, float b) { return a > b ? a : b; };
+        const auto steps = [&](const float pixel[3], const float depth[3], float low, float high) {
             const auto step = [&](int axis) {
-                const float a = std::fabs(pixel[axis] - low * depth[axis]),
-                            b = std::fabs(pixel[axis] - high * depth[axis]);
-                return a > b ? a : b;
+                return larger(std::fabs(pixel[axis] - low * depth[axis]),
+                              std::fabs(pixel[axis] - high * depth[axis]));
             };
-            return step(0) + step(1);
+            return 1.5f * (step(0) + step(1)) + 0.5f * step(2);
         };
-        const float along_u = steps(p.voxel_u, p.voxel_z, batch->least_u[i], batch->most_u[i]);
-        const float along_v = steps(p.voxel_v, p.voxel_z, batch->least_v[i], batch->most_v[i]);
-        batch->block_reach[i] = 1.5f * (along_u > along_v ? along_u : along_v) / batch->least_z[i];
+        const auto shear = [&](float centre, float low, float high) {
+            return p.most_z * larger(std::fabs(centre - low), std::fabs(centre - high));
+        };
+        const float across = larger(steps(p.voxel_u, p.voxel_z, batch->least_u[i], batch->most_u[i]),
+                                    steps(p.voxel_v, p.voxel_z, batch->least_v[i], batch->most_v[i]));
+        const float sheared = larger(shear(p.centre_u, batch->least_u[i], batch->most_u[i]),
+                                     shear(p.centre_v, batch->least_v[i], batch->most_v[i]));
+        batch->group_reach[i] = larger(larger(across, sheared), p.most_across) / batch->least_z[i];
     }
 }
 

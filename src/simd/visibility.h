@@ -13,8 +13,9 @@ namespace burin::simd {
 struct ChunkProjection {
     float origin_u, origin_v, origin_z;
     float step_u[3], step_v[3], step_z[3];
-    float corner_u[8], corner_v[8], corner_z[8];  // of the eight voxels in the corners, relative to voxel 0
-    float voxel_u[2], voxel_v[2], voxel_z[2];     // a step of one voxel along x and along y
+    float corner_u[8], corner_v[8], corner_z[8];    // of the eight voxels in the corners, relative to voxel 0
+    float voxel_u[3], voxel_v[3], voxel_z[3];       // a step of one voxel along x, y, z
+    float centre_u, centre_v, most_across, most_z;  // as in GroupOffsets
 };
 
 inline constexpr int kBatchChunks = 16;
@@ -25,10 +26,11 @@ struct ChunkBatch {
     alignas(64) float least_u[kBatchChunks], most_u[kBatchChunks];
     alignas(64) float least_v[kBatchChunks], most_v[kBatchChunks];
     alignas(64) float least_z[kBatchChunks], most_z[kBatchChunks];
-    // No voxel of a block of 4x4x1 falls farther from the block's middle, pixels in u or in v.
-    alignas(64) float block_reach[kBatchChunks];
+    // No voxel of a group of 4x4x2 falls farther from the group's middle, pixels in u or in v, nor by one of
+    // the terms of GroupOffsets alone.
+    alignas(64) float group_reach[kBatchChunks];
 };
-// The reach of a block: from a point at pixel u, a step of k voxels along x leads k (Ux - u Zx) / (Z + k Zx)
+// The reach of a group: from a point at pixel u, a step of k voxels along x leads k (Ux - u Zx) / (Z + k Zx)
 // pixels away, (Ux, Zx) the projective coordinates of one voxel along x; u within the box bounds the
 // numerator, least_z the denominator. For all kBatchChunks chunks (give the unused ones any coordinates).
 // Pixels mean nothing where least_z is not above 0. |x|, |y|, |z| < 2^20.

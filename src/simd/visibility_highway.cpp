@@ -59,19 +59,26 @@ void ProjectChunks(const ChunkProjection& p, ChunkBatch* batch) {
             least_z = less(least_z, corner_z);
             most_z = more(most_z, corner_z);
         }
-        const auto steps = [&](const float pixel[2], const float depth[2], auto low, auto high) {
+        const auto larger = [](auto a, auto b) { return hn::IfThenElse(hn::Gt(a, b), a, b); };
+        const auto steps = [&](const float pixel[3], const float depth[3], auto low, auto high) {
             const auto step = [&](int axis) {
                 const auto across = hn::Set(df, pixel[axis]), along = hn::Set(df, depth[axis]);
-                const auto a = hn::Abs(hn::Sub(across, hn::Mul(low, along))),
-                           b = hn::Abs(hn::Sub(across, hn::Mul(high, along)));
-                return hn::IfThenElse(hn::Gt(a, b), a, b);
+                return larger(hn::Abs(hn::Sub(across, hn::Mul(low, along))),
+                              hn::Abs(hn::Sub(across, hn::Mul(high, along))));
             };
-            return hn::Add(step(0), step(1));
+            return hn::Add(hn::Mul(hn::Set(df, 1.5f), hn::Add(step(0), step(1))),
+                           hn::Mul(hn::Set(df, 0.5f), step(2)));
         };
-        const auto along_u = steps(p.voxel_u, p.voxel_z, least_u, most_u);
-        const auto along_v = steps(p.voxel_v, p.voxel_z, least_v, most_v);
-        const auto farther = hn::IfThenElse(hn::Gt(along_u, along_v), along_u, along_v);
-        hn::Store(hn::Div(hn::Mul(hn::Set(df, 1.5f), farther), least_z), df, batch->block_reach + i);
+        const auto shear = [&](float centre, auto low, auto high) {
+            const auto c = hn::Set(df, centre);
+            return hn::Mul(hn::Set(df, p.most_z),
+                           larger(hn::Abs(hn::Sub(c, low)), hn::Abs(hn::Sub(c, high))));
+        };
+        const auto across = larger(steps(p.voxel_u, p.voxel_z, least_u, most_u),
+                                   steps(p.voxel_v, p.voxel_z, least_v, most_v));
+        const auto sheared = larger(shear(p.centre_u, least_u, most_u), shear(p.centre_v, least_v, most_v));
+        const auto reach = larger(larger(across, sheared), hn::Set(df, p.most_across));
+        hn::Store(hn::Div(reach, least_z), df, batch->group_reach + i);
         hn::Store(least_u, df, batch->least_u + i);
         hn::Store(most_u, df, batch->most_u + i);
         hn::Store(least_v, df, batch->least_v + i);

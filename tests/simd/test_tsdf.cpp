@@ -60,16 +60,17 @@ struct Scene {
                 weights[i] = static_cast<std::uint16_t>(rng.below(257));
             }
         frame.pixels = pixels.data();
-        frame.weights = round % 4 == 0 ? weights.data() : nullptr;
+        frame.weights = round % 11 == 0 ? weights.data() : nullptr;
         frame.width = width;
         frame.height = height;
         frame.stride = stride;
         frame.unit_m = 0.001f;
         frame.truncation = {0.08f, round % 5 == 1, 0.0019f, -0.0015f, 0.0032f, 0.02f};
-        frame.drop = round % 8 == 3 ? Drop::linear : round % 8 == 6 ? Drop::exponential : Drop::none;
+        frame.drop = round % 9 == 3 ? Drop::linear : round % 9 == 6 ? Drop::exponential : Drop::none;
         frame.drop_start_m = 0.01f;
         const float to_units = frame.truncation.units_per_m();
-        const float voxel = (round % 2 ? 0.002f : 0.05f) * to_units;
+        const float sizes_m[] = {0.05f, 0.002f, 0.01f, 0.02f};
+        const float voxel = sizes_m[round / 2 % 4] * to_units;
         f = static_cast<float>(width) * 0.8f;
         for (auto& a : axis)
             for (float& e : a) e = voxel * static_cast<float>(rng.uniform(-1, 1));
@@ -80,8 +81,34 @@ struct Scene {
             for (int k = 0; k < kBlockVoxels; ++k)
                 put(x + static_cast<float>(k & 3), y + static_cast<float>(k >> 2), z, &o.block[i].u[k],
                     &o.block[i].v[k], &o.block[i].z[k]);
-            put(x + 1.5f, y + 1.5f, z, &o.middle_u[i], &o.middle_v[i], &o.middle_z[i]);
         }
+        fill_groups();
+    }
+    void fill_groups() {
+        GroupOffsets& o = frame.groups;
+        o.centre_u = static_cast<float>(frame.width) / 2 + 1;
+        o.centre_v = static_cast<float>(frame.height) / 2 + 1;
+        o.most_across = o.most_z = 0;
+        float across_u[kGroupVoxels], across_v[kGroupVoxels], z[kGroupVoxels];
+        for (int k = 0; k < kGroupVoxels; ++k) {
+            put(static_cast<float>(k & 3) - 1.5f, static_cast<float>(k >> 3) - 1.5f,
+                static_cast<float>(k >> 2 & 1) - 0.5f, &across_u[k], &across_v[k], &z[k]);
+            across_u[k] -= o.centre_u * z[k];
+            across_v[k] -= o.centre_v * z[k];
+            o.most_across = std::max({o.most_across, across_u[k], across_v[k]});
+            o.most_z = std::max(o.most_z, z[k]);
+        }
+        const auto part = [](float value, float most) {
+            return static_cast<std::int16_t>(std::lround(32767.0f * value / most));
+        };
+        for (int k = 0; k < kGroupVoxels; ++k) {
+            o.across_u[k] = part(across_u[k], o.most_across);
+            o.across_v[k] = part(across_v[k], o.most_across);
+            o.z[k] = part(z[k], o.most_z);
+        }
+        for (int g = 0; g < kGroups; ++g)
+            put(static_cast<float>(4 * (g & 1)) + 1.5f, static_cast<float>(4 * (g >> 1 & 1)) + 1.5f,
+                static_cast<float>(2 * (g >> 2)) + 0.5f, &o.middle_u[g], &o.middle_v[g], &o.middle_z[g]);
     }
     // Projective coordinates of a difference of points, in voxels.
     void put(float x, float y, float z, float* u, float* v, float* w) const {
@@ -98,6 +125,11 @@ struct Scene {
                 static_cast<float>(7 * (k >> 2)), &p.corner_u[k], &p.corner_v[k], &p.corner_z[k]);
         put(1, 0, 0, &p.voxel_u[0], &p.voxel_v[0], &p.voxel_z[0]);
         put(0, 1, 0, &p.voxel_u[1], &p.voxel_v[1], &p.voxel_z[1]);
+        put(0, 0, 1, &p.voxel_u[2], &p.voxel_v[2], &p.voxel_z[2]);
+        p.centre_u = frame.groups.centre_u;
+        p.centre_v = frame.groups.centre_v;
+        p.most_across = frame.groups.most_across;
+        p.most_z = frame.groups.most_z;
         return p;
     }
 };
@@ -114,14 +146,18 @@ ProjectedChunk with_hints(const Scene& scene, ProjectedChunk chunk) {
     chunk.inside = chunk.far && batch.least_u[0] > 1 && batch.least_v[0] > 1 &&
                    batch.most_u[0] < static_cast<float>(scene.frame.width) &&
                    batch.most_v[0] < static_cast<float>(scene.frame.height);
-    chunk.small = chunk.far && batch.block_reach[0] < kWindowReach;
+    const float reach = batch.group_reach[0];
+    if (chunk.inside && scene.frame.allows_groups(chunk.along))
+        chunk.pixels = reach < kNarrowReach ? Pixels::narrow
+                       : reach < kWideReach ? Pixels::wide
+                                            : Pixels::exact;
     return chunk;
 }
 
 TEST_P(Tsdf, Observe) {
     Rng rng(130);
-    int touched = 0, free = 0, inside = 0, small = 0, rim = 0;
-    for (int round = 0; round < 1500; ++round) {
+    int touched = 0, free = 0, inside = 0, narrow = 0, wide = 0;
+    for (int round = 0; round < 6000; ++round) {
         const Scene scene(rng, round);
         const float to_units = scene.frame.truncation.units_per_m();
         const float z = to_units * (round % 7 == 0 ? static_cast<float>(rng.uniform(-0.1, 0.1))
@@ -132,12 +168,12 @@ TEST_P(Tsdf, Observe) {
             round % 50 == 49 ? 1e30f : z,
             false,
             false,
-            false,
+            Pixels::exact,
             round % 3 == 1 ? static_cast<float>(rng.uniform(1, 1.4)) : 1.0f};
         if (round % 50 != 49) chunk = with_hints(scene, chunk);
         inside += chunk.inside;
-        small += chunk.small;
-        rim += chunk.small && !chunk.inside;
+        narrow += chunk.pixels == Pixels::narrow;
+        wide += chunk.pixels == Pixels::wide;
         Voxels got{}, expected{};
         const Observation a =
             observe_chunk(scene.frame, chunk, got.distances, got.weights, round % 2 ? got.sdf : nullptr);
@@ -153,8 +189,53 @@ TEST_P(Tsdf, Observe) {
     EXPECT_GT(touched, 200);
     EXPECT_GT(free, 200);
     EXPECT_GT(inside, 50);
-    EXPECT_GT(small, 100);
-    EXPECT_GT(rim, 20);
+    EXPECT_GT(narrow, 50);
+    EXPECT_GT(wide, 50);
+}
+
+// The affine map against each voxel's own division, on an image whose depth tells the pixel.
+TEST_P(Tsdf, GroupsFindThePixelsOfTheirVoxels) {
+    Rng rng(135);
+    int chunks = 0, moved = 0;
+    for (int round = 2; round < 6000; round += 2) {
+        Scene scene(rng, round);
+        scene.frame.weights = nullptr;
+        scene.frame.drop = Drop::none;
+        scene.frame.truncation.quadratic = false;
+        const int stride = scene.frame.stride;
+        for (int y = 1; y <= scene.frame.height; ++y)
+            for (int x = 1; x <= scene.frame.width; ++x)
+                scene.pixels[static_cast<std::size_t>(y * stride + x)] =
+                    static_cast<std::uint16_t>(1500 + std::abs((round % 4 ? x : y) % 64 - 32));
+        const float to_units = scene.frame.truncation.units_per_m();
+        const float z = to_units * static_cast<float>(rng.uniform(1.45, 1.55));
+        const float along = round % 3 ? 1.0f : static_cast<float>(rng.uniform(1, 1.2));
+        const ProjectedChunk chunk = with_hints(
+            scene, {static_cast<float>(scene.frame.width) * z * static_cast<float>(rng.uniform(0.1, 0.9)),
+                    static_cast<float>(scene.frame.height) * z * static_cast<float>(rng.uniform(0.1, 0.9)), z,
+                    false, false, Pixels::exact, along});
+        const float reach = chunk.pixels == Pixels::narrow ? kNarrowReach : kWideReach;
+        if (chunk.pixels == Pixels::exact || reach * reach > 0.4f * scene.f) continue;
+        ProjectedChunk exact = chunk;
+        exact.pixels = Pixels::exact;
+        Voxels got{}, expected{};
+        observe_chunk(scene.frame, chunk, got.distances, got.weights);
+        scalar::observe_chunk(scene.frame, exact, expected.distances, expected.weights);
+        ++chunks;
+        const float pixel = 0.001f * to_units * along;  // what the next pixel changes at most
+        for (std::size_t i = 0; i < kVoxels; ++i) {
+            const int off = std::abs(got.distances[i] - expected.distances[i]);
+            if (off <= 4) continue;
+            ++moved;
+            ASSERT_TRUE(static_cast<float>(off) <= pixel + 5 || expected.distances[i] == kUnseen ||
+                        got.distances[i] == kUnseen)
+                << round << ": " << got.distances[i] << ", expected " << expected.distances[i];
+        }
+    }
+    EXPECT_GT(chunks, 100);
+    // Off by up to reach^2 / f pixels at the corners of groups; 0.4 here at most.
+    EXPECT_LT(moved, chunks * static_cast<int>(kVoxels) / 20);
+    std::printf("%d of %d voxels take another pixel\n", moved, chunks * static_cast<int>(kVoxels));
 }
 
 TEST_P(Tsdf, FuseAndCarve) {

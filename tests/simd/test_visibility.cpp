@@ -31,7 +31,9 @@ TEST_P(Visibility, BoxesOfChunks) {
             p.corner_v[k] = any(scale);
             p.corner_z[k] = any(scale / 100);
         }
-        for (int k = 0; k < 2; ++k) {
+        for (float* v : {&p.centre_u, &p.centre_v}) *v = any(1000);
+        for (float* v : {&p.most_across, &p.most_z}) *v = std::fabs(any(scale));
+        for (int k = 0; k < 3; ++k) {
             p.voxel_u[k] = any(scale);
             p.voxel_v[k] = any(scale);
             p.voxel_z[k] = any(scale);
