@@ -54,13 +54,13 @@ std::uint32_t Integrator::carve_slots(const Job& job, const std::uint32_t* slots
     std::uint32_t carved = 0;
     for (int i = 0; i < count; ++i) {
         if (batch.most_z[i] <= 0.0f) continue;
-        const ChunkReach reach(job, batch, i);
+        simd::ProjectedChunk projected;
+        const ChunkReach reach(job, batch, i, &projected);
         if (!reach.may_be_free(batch.least_z[i])) continue;
         alignas(64) std::int16_t distances[kChunkVoxels];
         alignas(64) std::uint16_t weights[kChunkVoxels];
         const std::uint32_t slot = slots[i];
-        if (!simd::observe_chunk(job.projection, reach.projected, distances, weights, &volume.geometry(slot))
-                 .free)
+        if (!simd::observe_chunk(job.projection, projected, distances, weights, &volume.geometry(slot)).free)
             continue;
         ChunkGeometry& chunk = volume.geometry(slot);
         const int least = simd::carve_distances(distances, job.projection.weighted() ? weights : nullptr,
@@ -101,11 +101,12 @@ void Integrator::carve_away(Job& job, IntegrationCounts& counts) {
         simd::project_chunks(job.chunk_projection, &batch);
         for (int i = 0; i < waiting; ++i) {
             if (batch.most_z[i] <= 0.0f) continue;
-            const ChunkReach reach(job, batch, i);
+            simd::ProjectedChunk projected;
+            const ChunkReach reach(job, batch, i, &projected);
             if (!reach.may_be_free(batch.least_z[i])) continue;
             alignas(64) std::int16_t distances[kChunkVoxels];
             alignas(64) std::uint16_t weights[kChunkVoxels];
-            if (!simd::observe_chunk(job.projection, reach.projected, distances, weights).free) continue;
+            if (!simd::observe_chunk(job.projection, projected, distances, weights).free) continue;
             const std::uint32_t slot = store.bring(job.volume, keys[i]);
             if (slot != kNoChunk) counts.carved += carve_slots(job, &slot, 1);
         }

@@ -246,8 +246,7 @@ void Integrator::choose(const Job& job, int first, int end) {
         simd::project_chunks(job.chunk_projection, &batch);
         for (int i = 0; i < count; ++i) {
             Candidate& candidate = candidates_[start + i];
-            const ChunkReach reach(job, batch, i);
-            candidate.projected = reach.projected;
+            const ChunkReach reach(job, batch, i, &candidate.projected);
             candidate.key = 0;
             const bool hidden = reach.most < batch.least_z[i] * (1 - kRounding) - 32768.0f;
             const bool in_front = reach.least > (batch.most_z[i] + 32768.0f) * (1 + kRounding);

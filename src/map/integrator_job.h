@@ -35,16 +35,22 @@ struct Integrator::Job {
 // A relative error of sums of four products in single precision is below 16 of its steps.
 inline constexpr float kRounding = 1e-6f;
 
-// A chunk of a projected batch in the image, and the range of depth where it falls (in stored units; most < 0
-// when there is no reading).
+// Fills in where a chunk of a projected batch stands in the image, in place: a copy of what was written in
+// pieces waits for the pieces. And the range of depth where it falls (in stored units; most < 0 when there is
+// no reading).
 struct ChunkReach {
-    simd::ProjectedChunk projected;
+    simd::ProjectedChunk& projected;
     float least, most;
 
     template <class Job>  // Integrator::Job
-    ChunkReach(const Job& job, const simd::ChunkBatch& batch, int i)
-        : projected{
-              batch.base_u[i], batch.base_v[i], batch.base_z[i], false, false, simd::Pixels::exact, 1.0f} {
+    ChunkReach(const Job& job, const simd::ChunkBatch& batch, int i, simd::ProjectedChunk* out)
+        : projected(*out) {
+        projected.u = batch.base_u[i];
+        projected.v = batch.base_v[i];
+        projected.z = batch.base_z[i];
+        projected.far = projected.inside = false;
+        projected.pixels = simd::Pixels::exact;
+        projected.along = 1.0f;
         DepthRange range = job.ranges.all();
         // Nearer than the truncation, pixels may mean nothing, and missing readings need a test of their own.
         if (batch.least_z[i] > 32800.0f) {

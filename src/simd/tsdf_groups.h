@@ -21,7 +21,8 @@ struct GroupScale {
           half_unit(unit * 0.5f * along),
           whole(static_cast<int>(half_unit)),
           fraction(round_to_int(32767.0f * (half_unit - static_cast<float>(whole)))),
-          limit(32767 / (whole + 1)),
+          limit(static_cast<int>(32767.0f /
+                                 static_cast<float>(whole + 1))),  // exact, and no division of integers
           slope(round_to_int(frame.groups.most_z * 0.5f * along)) {}
 };
 

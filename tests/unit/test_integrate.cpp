@@ -65,19 +65,62 @@ class Reference {
         return std::sqrt(1 + x * x + y * y);
     }
 
-    Reading read(const DepthImage& image, Vec3d p, double along) const {
+    // Is the chunk one whose pixels are found by groups (ChunkBatch::group_reach), or nearly so?
+    bool may_be_grouped(const DepthImage& image, Vec3i chunk, const Se3& T_camera_world) const {
+        if (config_.truncation || config_.weight || config_.angle_weight || config_.drop) return false;
+        const Camera& c = image.camera;
+        const double voxel = static_cast<double>(config_.voxel_m);
+        double least_z = 1e9;
+        Pixel low{1e9, 1e9}, high{-1e9, -1e9};
+        for (int i = 0; i < 8; ++i) {
+            const Vec3d p = T_camera_world *
+                            (Vec3d{8.0 * chunk.x + 7 * (i & 1) + 0.5, 8.0 * chunk.y + 7 * (i >> 1 & 1) + 0.5,
+                                   8.0 * chunk.z + 7 * (i >> 2) + 0.5} *
+                             voxel);
+            least_z = std::min(least_z, p.z);
+            if (p.z <= static_cast<double>(options_.integration.truncation.truncation_m)) return false;
+            const Pixel at = project(c, p);
+            low = {std::min(low.u, at.u), std::min(low.v, at.v)};
+            high = {std::max(high.u, at.u), std::max(high.v, at.v)};
+        }
+        const Mat3d& R = T_camera_world.R;
+        const auto step = [&](int axis, double f, double from, double to, int row) {
+            const double across = f * R(row, axis), depth = R(2, axis);
+            return voxel * std::max(std::fabs(across - from * depth), std::fabs(across - to * depth));
+        };
+        double reach = 0;
+        for (int row = 0; row < 2; ++row) {
+            const double f = row ? c.fy : c.fx, centre = row ? c.cy : c.cx;
+            const double from = (row ? low.v : low.u) - centre, to = (row ? high.v : high.u) - centre;
+            reach = std::max(reach, 1.5 * (step(0, f, from, to, row) + step(1, f, from, to, row)) +
+                                        0.5 * step(2, f, from, to, row));
+        }
+        return reach / least_z < 1.01 * std::sqrt(0.1 * std::min(c.fx, c.fy));
+    }
+
+    // `middle`, when given, is that of the voxel's group of 4x4x2: where the map that is affine in the group
+    // puts the voxel at another pixel than its own division does, either may be taken.
+    Reading read(const DepthImage& image, Vec3d p, const Vec3d* middle, double along) const {
         Reading r;
         if (p.z <= 1e-3) return r;
         const Pixel at = project(image.camera, p);
+        Pixel affine = at;
+        if (middle) {
+            const Pixel m = project(image.camera, *middle);
+            affine.u = m.u + (at.u - m.u) * p.z / middle->z;
+            affine.v = m.v + (at.v - m.v) * p.z / middle->z;
+        }
         const double whole = static_cast<double>(options_.integration.truncation.truncation_m);
-        // The nearest pixel, and those that rounding could take for it.
+        // The nearest pixel, and those that rounding could take for it. 2e-3 covers single precision.
         const double reach = 2e-3;
         const auto nearest = [](double w) {
             return static_cast<int>(std::floor(std::clamp(w, -10.0, 1e5) + 0.5));
         };
         const int x = nearest(at.u), y = nearest(at.v);
-        for (int v = nearest(at.v - reach); v <= nearest(at.v + reach); ++v)
-            for (int u = nearest(at.u - reach); u <= nearest(at.u + reach); ++u) {
+        for (int v = nearest(std::min(at.v, affine.v) - reach);
+             v <= nearest(std::max(at.v, affine.v) + reach); ++v)
+            for (int u = nearest(std::min(at.u, affine.u) - reach);
+                 u <= nearest(std::max(at.u, affine.u) + reach); ++u) {
                 r.ambiguous |= u != x || v != y;
                 if (u < 0 || v < 0 || u >= image.width || v >= image.height || image.at(u, v) == 0) continue;
                 const double depth = static_cast<double>(image.at(u, v)) * static_cast<double>(image.unit_m);
@@ -120,13 +163,17 @@ class Reference {
         std::array<Reading, kChunkVoxels> readings;
         bool must = false, may = false;
         const double longer = along(image, chunk, T_camera_world);
+        const bool grouped = may_be_grouped(image, chunk, T_camera_world);
         for (int i = 0; i < kChunkVoxels; ++i) {
             const double voxel = static_cast<double>(config_.voxel_m);
             const Vec3d p = {(8 * chunk.x + (i & 7) + 0.5) * voxel,
                              (8 * chunk.y + (i >> 3 & 7) + 0.5) * voxel,
                              (8 * chunk.z + (i >> 6) + 0.5) * voxel};
             Reading& r = readings[static_cast<std::size_t>(i)];
-            r = read(image, T_camera_world * p, longer);
+            const Vec3d middle = T_camera_world * Vec3d{(8 * chunk.x + (i & 4) + 2) * voxel,
+                                                        (8 * chunk.y + (i >> 3 & 4) + 2) * voxel,
+                                                        (8 * chunk.z + (i >> 6 & 6) + 1) * voxel};
+            r = read(image, T_camera_world * p, grouped ? &middle : nullptr, longer);
             must |= r.must_touch;
             may |= r.may_touch;
         }
@@ -200,6 +247,9 @@ TEST_P(Integrate, AgreesWithThePlainReference) {
 
     long compared = 0, skipped = 0, off_by_one = 0, off = 0, weights_off = 0;
     int worst = 0;
+    // By groups, distances are exact to 4 units; an average in fixed point is to one a frame.
+    const bool weighted = s.weight || s.angle || s.drop;
+    const int slack = weighted ? 1 : 3;
     std::set<ChunkKey> expected;
     for (const auto& [key, c] : reference.chunks()) {
         if (c.all_ambiguous) continue;
@@ -217,17 +267,17 @@ TEST_P(Integrate, AgreesWithThePlainReference) {
             ASSERT_EQ(g.weight[i] == 0, c.weight[i] == 0);
             const int difference = std::abs(g.sdf[i] - c.sdf[i]);
             worst = std::max(worst, difference);
-            off_by_one += difference == 1;
-            off += difference > 1;
+            off_by_one += difference > 0 && difference <= slack;
+            off += difference > slack;
             weights_off += g.weight[i] != c.weight[i];
         }
     }
     for (const ChunkKey key : session.keys())
         EXPECT_TRUE(reference.chunks().contains(key)) << "a chunk that no reading touches";
     std::printf(
-        "%ld voxels compared, %ld ambiguous; %ld off by one unit, %ld by more (at most %d), %ld weights "
+        "%ld voxels compared, %ld ambiguous; %ld off by up to %d, %ld by more (at most %d), %ld weights "
         "differ\n",
-        compared, skipped, off_by_one, off, worst, weights_off);
+        compared, skipped, off_by_one, slack, off, worst, weights_off);
     EXPECT_GT(compared, 60000);
     EXPECT_LT(skipped, compared / 20);
     // A distance that single precision rounds the other way moves the drop's weight by a unit in a few voxels
@@ -239,7 +289,7 @@ TEST_P(Integrate, AgreesWithThePlainReference) {
     if (s.drop == BURIN_DROP_NONE) {
         EXPECT_EQ(weights_off, 0);
         EXPECT_LE(off, 5);
-        EXPECT_LE(worst, 2);  // two frames rounded the other way
+        EXPECT_LE(worst, weighted ? 2 : 3);  // two frames rounded the other way
     }
 }
 
