@@ -90,9 +90,9 @@ std::vector<Job> plan_jobs(const Options& o, const std::string& dataset, const s
     p.theirs("scalable", 5, 1, true, o.rounds);
     p.ours(5, 1, true, {});
     p.theirs("scalable", 10, 1, full, o.rounds);
+    p.ours(5, 1, false, {"--mesh-each"}, "-incremental");
     p.ours(5, 2, false, {"--mesh-each"}, "-incremental");
     if (full) {
-        p.ours(5, 1, false, {"--mesh-each"}, "-incremental");
         p.theirs("vbg", 5, 2, false, 1);
         p.ours(10, 2, false, {});
         p.ours(5, 2, true, {});

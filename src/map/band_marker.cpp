@@ -57,6 +57,7 @@ void BandMarker::begin(const DepthImage& image, const DepthTiles& tiles, const S
         pixel_view_.half_slope[r] = across * kPixelMargin;
     }
     place_window(T, voxel_m);
+    jobs_ = &jobs;
     box_tiles(jobs);
 }
 
@@ -134,6 +135,15 @@ void BandMarker::box_tiles(Jobs& jobs) {
     });
 }
 
+// Most bits are set already, by the tile beside. Several threads set the others.
+inline void BandMarker::set_bits(std::uint64_t* word, std::uint64_t bits) const {
+    if ((__atomic_load_n(word, __ATOMIC_RELAXED) & bits) == bits) return;
+    if (jobs_->threads() == 1)
+        *word |= bits;
+    else
+        __atomic_fetch_or(word, bits, __ATOMIC_RELAXED);
+}
+
 void BandMarker::mark(const simd::ChunkBox& box) {
     int low[3], high[3];
     for (int r = 0; r < 3; ++r) {
@@ -149,38 +159,36 @@ void BandMarker::mark(const simd::ChunkBox& box) {
         std::uint64_t* row = words_ + (static_cast<std::ptrdiff_t>(z) * slab_size_[1] + low[1]) * row_words;
         for (int y = low[1]; y <= high[1]; ++y, row += row_words) {
             if (first == last) {
-                row[first] |= from & to;
+                set_bits(&row[first], from & to);
                 continue;
             }
-            row[first] |= from;
-            for (int word = first + 1; word < last; ++word) row[word] = ~std::uint64_t{0};
-            row[last] |= to;
+            set_bits(&row[first], from);
+            for (int word = first + 1; word < last; ++word) set_bits(&row[word], ~std::uint64_t{0});
+            set_bits(&row[last], to);
         }
     }
 }
 
-void BandMarker::mark_tiles() {
+void BandMarker::mark_row(int ty) {
     const auto same = [](const simd::ChunkBox& a, const simd::ChunkBox& b) {
         return std::memcmp(&a, &b, sizeof a) == 0;
     };
-    for (int ty = 0; ty < tiles_->height; ++ty) {
-        const simd::ChunkBox& bounds = row_bounds_[ty];
-        bool apart = bounds.kind == simd::ChunkBox::kNone;
-        for (int r = 1; r < 3; ++r)
-            apart |= bounds.high[r] < slab_low_[r] || bounds.low[r] >= slab_low_[r] + slab_size_[r];
-        if (apart) continue;
-        const simd::ChunkBox* row = boxes_ + static_cast<std::ptrdiff_t>(ty) * box_stride_;
-        for (int tx = 0; tx < tiles_->width; ++tx) {
-            const simd::ChunkBox& box = row[tx];
-            if (box.kind == simd::ChunkBox::kNone) continue;
-            if (box.kind == simd::ChunkBox::kDeep) {
-                mark_deep(tx, ty);
-                continue;
-            }
-            if (tx > 0 && same(box, row[tx - 1])) continue;
-            if (ty > 0 && same(box, row[tx - box_stride_])) continue;
-            mark(box);
+    const simd::ChunkBox& bounds = row_bounds_[ty];
+    bool apart = bounds.kind == simd::ChunkBox::kNone;
+    for (int r = 1; r < 3; ++r)
+        apart |= bounds.high[r] < slab_low_[r] || bounds.low[r] >= slab_low_[r] + slab_size_[r];
+    if (apart) return;
+    const simd::ChunkBox* row = boxes_ + static_cast<std::ptrdiff_t>(ty) * box_stride_;
+    for (int tx = 0; tx < tiles_->width; ++tx) {
+        const simd::ChunkBox& box = row[tx];
+        if (box.kind == simd::ChunkBox::kNone) continue;
+        if (box.kind == simd::ChunkBox::kDeep) {
+            mark_deep(tx, ty);
+            continue;
         }
+        if (tx > 0 && same(box, row[tx - 1])) continue;
+        if (ty > 0 && same(box, row[tx - box_stride_])) continue;
+        mark(box);
     }
 }
 
@@ -247,7 +255,11 @@ bool BandMarker::next_slab() {
     std::memset(words_, 0,
                 static_cast<std::size_t>(slab_size_[0]) / 8 * static_cast<std::size_t>(slab_size_[1]) *
                     static_cast<std::size_t>(slab_size_[2]));
-    mark_tiles();
+    constexpr int kRowsPerItem = 8;  // some 10 us
+    jobs_->run((tiles_->height + kRowsPerItem - 1) / kRowsPerItem, [&](int item, int) {
+        for (int ty = item * kRowsPerItem; ty < std::min((item + 1) * kRowsPerItem, tiles_->height); ++ty)
+            mark_row(ty);
+    });
     cursor_ = 0;
     return true;
 }

@@ -24,7 +24,8 @@ class BandMarker {
     // max_width, max_height: of the largest depth image that will come.
     void place(Arena& arena, int max_width, int max_height);
 
-    // Starts on a frame. The image and the tiles must stay as they are until the last slab.
+    // Starts on a frame. The image and the tiles must stay as they are until the last slab,
+    // and the jobs be there.
     void begin(const DepthImage& image, const DepthTiles& tiles, const Se3& T_world_camera,
                const simd::TruncationModel& truncation, float voxel_m, Jobs& jobs);
 
@@ -40,7 +41,8 @@ class BandMarker {
     void place_window(const Se3& T_world_camera, float voxel_m);
     void box_tiles(Jobs& jobs);
     void mark(const simd::ChunkBox& box);
-    void mark_tiles();
+    void set_bits(std::uint64_t* word, std::uint64_t bits) const;
+    void mark_row(int tile_y);
     void mark_deep(int tile_x, int tile_y);
     void mark_pixels(int tile_x, int tile_y);
 
@@ -49,6 +51,7 @@ class BandMarker {
     simd::ChunkBox* row_bounds_ = nullptr;  // of the boxes of a row of tiles
     float* tile_u_ = nullptr;               // middles of the tiles of a row
 
+    Jobs* jobs_ = nullptr;
     const DepthImage* image_ = nullptr;
     const DepthTiles* tiles_ = nullptr;
     simd::BandView tile_view_{}, pixel_view_{};

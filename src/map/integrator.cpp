@@ -187,13 +187,13 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         Candidate& candidate = candidates_[missing_[i]];
         const bool away = job.store && job.store->holds(candidate.key);
         // A chunk that is away and cannot come back may not begin anew.
-        candidate.slot = !away                                     ? volume.insert(candidate.key)
+        candidate.slot = !away                                     ? volume.reserve(candidate.key)
                          : volume.live() < volume.shape().capacity ? job.store->bring(volume, candidate.key)
                                                                    : kNoChunk;
         if (candidate.slot == kNoChunk)
             ++counts.dropped;
         else if (!away)
-            ++counts.added;
+            candidate.fresh = true, ++counts.added;
     }
 
     laps.add(&times_.insert);
@@ -246,6 +246,7 @@ void Integrator::choose(const Job& job, int first, int end) {
         simd::project_chunks(job.chunk_projection, &batch);
         for (int i = 0; i < count; ++i) {
             Candidate& candidate = candidates_[start + i];
+            candidate.fresh = false;
             const ChunkReach reach(job, batch, i, &candidate.projected);
             candidate.key = 0;
             const bool hidden = reach.most < batch.least_z[i] * (1 - kRounding) - 32768.0f;
@@ -273,6 +274,7 @@ bool Integrator::fuse_chunk(const Job& job, const Candidate& candidate, const Ch
     const std::uint32_t slot = candidate.slot;
     if (slot == kNoChunk) return false;
     Volume& volume = job.volume;
+    if (candidate.fresh) volume.wipe(slot);
     alignas(64) std::int16_t distances[kChunkVoxels];
     alignas(64) std::uint16_t weights[kChunkVoxels];
     if (!simd::observe_chunk(job.projection, candidate.projected, distances, weights, next).touched)

@@ -56,6 +56,7 @@ class Integrator {
     struct Job;  // what all chunks of a frame share
     struct Candidate {
         simd::ProjectedChunk projected;
+        bool fresh;  // reserved in this frame, its voxels not yet wiped
         std::uint32_t slot;
         ChunkKey key;
     };

@@ -37,6 +37,12 @@ std::uint32_t Volume::find(ChunkKey key) const {
 }
 
 std::uint32_t Volume::insert(ChunkKey key) {
+    const std::uint32_t slot = reserve(key);
+    if (slot != kNoChunk) wipe(slot);
+    return slot;
+}
+
+std::uint32_t Volume::reserve(ChunkKey key) {
     if (live_ == shape_.capacity) return kNoChunk;
     std::uint32_t i = home(key);
     while (table_[i].key != 0) i = after(i);
@@ -48,12 +54,13 @@ std::uint32_t Volume::insert(ChunkKey key) {
     least_distance_[slot] = 32767;
     moved_[slot] = mesh_lag_[slot] = 0;
     flags_[slot] = kChunkDirty;
-    std::memset(&geometry_[slot], 0, sizeof(ChunkGeometry));
-    if (shape_.colour) {
-        std::memset(&colour_[slot], 0, sizeof(ChunkColour));
-        colour_readings_[slot] = 0;
-    }
+    if (shape_.colour) colour_readings_[slot] = 0;
     return slot;
+}
+
+void Volume::wipe(std::uint32_t slot) {
+    std::memset(&geometry_[slot], 0, sizeof(ChunkGeometry));
+    if (shape_.colour) std::memset(&colour_[slot], 0, sizeof(ChunkColour));
 }
 
 std::uint32_t Volume::entry_of(ChunkKey key) const {

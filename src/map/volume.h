@@ -54,6 +54,10 @@ class Volume {
     void prefetch(ChunkKey key) const { __builtin_prefetch(&table_[home(key)]); }
     // A new chunk, all voxels unobserved and dirty, or kNoChunk when the pool is full. `key` must be absent.
     std::uint32_t insert(ChunkKey key);
+    // The same in two steps: the voxels of a reserved chunk are rubbish until they are wiped, which several
+    // threads may do at a time, to a chunk each. On fresh memory that is where the pages come in.
+    std::uint32_t reserve(ChunkKey key);
+    void wipe(std::uint32_t slot);
 
     // Takes a chunk out. The last slot's chunk moves into its place, so that slots 0..live()-1 stay in use.
     void remove(std::uint32_t slot);
