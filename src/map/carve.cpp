@@ -99,6 +99,7 @@ void Integrator::carve_away(Job& job, IntegrationCounts& counts) {
             batch.z[i] = chunk.z;
         }
         simd::project_chunks(job.chunk_projection, &batch);
+        int wanted = 0;
         for (int i = 0; i < waiting; ++i) {
             if (batch.most_z[i] <= 0.0f) continue;
             simd::ProjectedChunk projected;
@@ -107,11 +108,16 @@ void Integrator::carve_away(Job& job, IntegrationCounts& counts) {
             alignas(64) std::int16_t distances[kChunkVoxels];
             alignas(64) std::uint16_t weights[kChunkVoxels];
             if (!simd::observe_chunk(job.projection, projected, distances, weights).free) continue;
+            keys[wanted++] = keys[i];
+            store.read_ahead(keys[i]);  // a batch has fewer chunks than the reader pages
+        }
+        for (int i = 0; i < wanted; ++i) {
             const std::uint32_t slot = store.bring(job.volume, keys[i]);
             if (slot != kNoChunk) counts.carved += carve_slots(job, &slot, 1);
         }
         waiting = 0;
     };
+    store.begin_reading();
     store.for_each_away([&](const ChunkIndex::Entry& entry) {
         if (entry.free() || entry.last_seen == job.frame_number) return true;
         if ((mix64(entry.key) + job.frame_number) % kCarveEvery != 0) return true;

@@ -28,7 +28,13 @@ void ChunkStore::place(Arena& arena, const VolumeShape& shape, std::uint32_t chu
     index_.place(arena, chunks);
     walk_ = arena.allocate<ChunkKey>(kWalk, 64);
     writer_.place(arena, shape.colour);
+    reader_.place(arena, store_chunk_bytes(shape.colour));
     page_ = arena.allocate<unsigned char>(store_chunk_bytes(shape.colour), 64);
+}
+
+Status ChunkStore::start() {
+    BURIN_TRY(writer_.start());
+    return reader_.start();
 }
 
 void ChunkStore::clear() {
@@ -61,7 +67,7 @@ Status ChunkStore::resume(const char* path, std::uint64_t* frames) {
 
 Status ChunkStore::attach(StoreIo* io, bool fresh, StoreHead head, const char* name, std::uint64_t* frames) {
     std::snprintf(name_, sizeof name_, "%s", name);
-    BURIN_TRY(writer_.start());
+    BURIN_TRY(start());
     StoreTail tail;
     clear();
     if (fresh) {
@@ -119,12 +125,14 @@ Status ChunkStore::attach(StoreIo* io, bool fresh, StoreHead head, const char* n
     }
     away_ = index_.count();
     writer_.open(io, tail);
+    reader_.open(io);
     io_ = io;
     return {};
 }
 
 void ChunkStore::close() {
     if (io_) {
+        reader_.close();
         writer_.close();
         io_ = nullptr;
         clear();
@@ -219,8 +227,14 @@ bool ChunkStore::make_room(Volume& volume, std::uint32_t chunks) {
     return room() >= chunks;
 }
 
+bool ChunkStore::read_ahead(ChunkKey key) {
+    const ChunkIndex::Entry* entry = index_.find(key);
+    return !entry || entry->resident() || writer_.buffered(entry->offset()) || reader_.ask(entry->offset());
+}
+
 const void* ChunkStore::read(const ChunkIndex::Entry& entry) {
     const void* bytes = writer_.buffered(entry.offset());
+    if (!bytes) bytes = reader_.take(entry.offset());
     if (!bytes) {
         if (read_all(*io_, entry.offset(), page_, store_chunk_bytes(shape_.colour)) != 0) {
             unreadable_ = true;
@@ -308,6 +322,7 @@ Status ChunkStore::commit(Volume& volume, std::uint64_t frames) {
 void ChunkStore::forget() {
     if (!is_open()) return;
     clear();
+    reader_.give_up();
     writer_.forget();
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "map/chunk_index.h"
+#include "map/chunk_reader.h"
 #include "map/group_writer.h"
 #include "map/store_file.h"
 #include "map/store_io.h"
@@ -20,6 +21,7 @@ class ChunkStore {
     ChunkStore() = default;
     ~ChunkStore() {  // what is queued still goes to the file, so the file goes last
         close();
+        reader_.stop();
         writer_.stop();
     }
     ChunkStore(const ChunkStore&) = delete;
@@ -27,8 +29,8 @@ class ChunkStore {
 
     // `chunks`: room in the index; 0: there will be no store, and nothing is allocated.
     void place(Arena& arena, const VolumeShape& shape, std::uint32_t chunks);
-    void clear();                               // after place
-    Status start() { return writer_.start(); }  // its thread, unless it runs
+    void clear();    // after place
+    Status start();  // its threads, unless they run
 
     // A new file, or one to go on from: the volume, which must be empty, is then the map of its last commit,
     // all of it away. `head`: the caller's configuration.
@@ -58,6 +60,11 @@ class ChunkStore {
     // are pinned stay in memory. False when there are still fewer: everything is pinned, or the disk or the
     // index full.
     bool make_room(Volume& volume, std::uint32_t chunks);
+    // bring() will be called for chunks: the reader may begin. read_ahead: false when it has its hands full,
+    // and the key is to be told again after the next bring(). begin_reading: what was told before is no
+    // longer wanted.
+    void begin_reading() { reader_.give_up(); }
+    bool read_ahead(ChunkKey key);
     // Brings a chunk back for which holds() is true, evicting others when the pool is full. kNoChunk: no
     // room, or unreadable.
     std::uint32_t bring(Volume& volume, ChunkKey key);
@@ -100,12 +107,13 @@ class ChunkStore {
 
     ChunkIndex index_;
     GroupWriter writer_;
+    ChunkReader reader_;
     FileIo file_;
     StoreIo* io_ = nullptr;
     VolumeShape shape_;
     Vec3i centre_, low_, high_;
     static constexpr std::uint32_t kWalk = 4096;  // 32 KiB
-    unsigned char* page_ = nullptr;               // one chunk
+    unsigned char* page_ = nullptr;               // one chunk that the reader was not told of
     ChunkKey* walk_ = nullptr;                    // kWalk
     std::uint32_t away_ = 0;
     std::uint64_t evicted_ = 0, reloaded_ = 0;

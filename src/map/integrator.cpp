@@ -168,6 +168,15 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
     times_.chosen += static_cast<std::uint32_t>(chosen);
     times_.missing += static_cast<std::uint32_t>(missing);
 
+    // Chunks that are away are read meanwhile, in the order in which they will come.
+    int told = 0;
+    const auto read_ahead = [&] {
+        while (told < missing && job.store->read_ahead(candidates_[missing_[told]].key)) ++told;
+    };
+    if (job.store) {
+        job.store->begin_reading();
+        read_ahead();
+    }
     // Chunks that are not in the map: would they be touched?
     for_ranges(job.jobs, missing, [&](int first, int end) {
         alignas(64) std::int16_t distances[kChunkVoxels];
@@ -186,6 +195,7 @@ void Integrator::fuse_batch(Job& job, int count, IntegrationCounts& counts) {
         if (!touched_[i]) continue;
         Candidate& candidate = candidates_[missing_[i]];
         const bool away = job.store && job.store->holds(candidate.key);
+        if (away) read_ahead();
         // A chunk that is away and cannot come back may not begin anew.
         candidate.slot = !away                                     ? volume.reserve(candidate.key)
                          : volume.live() < volume.shape().capacity ? job.store->bring(volume, candidate.key)
@@ -262,8 +272,8 @@ void Integrator::choose(const Job& job, int first, int end) {
 }
 
 // A colour is well known after some readings; from then on a chunk takes every third frame's, which saves
-// half of the time and two thirds of the memory traffic. Which chunks are due follows from their keys and their
-// content, so it is the same after loading a map.
+// half of the time and two thirds of the memory traffic. Which chunks are due follows from their keys and
+// their content, so it is the same after loading a map.
 bool Integrator::colour_due(const Job& job, const Candidate& candidate) {
     constexpr int kSettled = 4;
     return job.volume.colour_readings(candidate.slot) < kSettled ||

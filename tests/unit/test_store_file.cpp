@@ -484,5 +484,56 @@ TEST(StoreFile, FusionGoesOnWhenTheDiskIsFull) {
     EXPECT_EQ(::umount(disk.c_str()), 0);
 }
 
+// What a reader was asked for comes whole, in whatever order it is taken; what is passed over is given up.
+TEST(ChunkReader, GivesWhatItWasAskedForAndNothingElse) {
+    constexpr std::size_t kBytes = 2048;
+    MemoryIo io;
+    io.bytes.resize(kBytes * 100);
+    for (std::size_t i = 0; i < io.bytes.size(); ++i)
+        io.bytes[i] = static_cast<unsigned char>(i / kBytes + i % 7);
+    Arena measure;
+    ChunkReader reader;
+    reader.place(measure, kBytes);
+    const Memory memory = aligned_memory(measure.used());
+    Arena arena(memory.get(), measure.used());
+    reader.place(arena, kBytes);
+    ASSERT_TRUE(reader.start().ok());
+    reader.open(&io);
+    const auto right = [&](const void* got, std::uint64_t chunk) {
+        return got && std::memcmp(got, &io.bytes[chunk * kBytes], kBytes) == 0;
+    };
+    EXPECT_EQ(reader.take(0), nullptr) << "nobody asked";
+    Rng rng(5);
+    for (int round = 0; round < 300; ++round) {
+        std::vector<std::uint64_t> chunks;
+        for (int i = 1 + rng.below(80); i > 0; --i) {
+            const auto chunk = static_cast<std::uint64_t>(rng.below(100));
+            if (!reader.ask(chunk * kBytes))
+                break;  // a full ring, or one that the last round's reads still fill
+            chunks.push_back(chunk);
+        }
+        ASSERT_LT(chunks.size(), 32u) << "a ring of 32 pages, one of them in use";
+        for (const std::uint64_t chunk : chunks)
+            if (rng.below(4) != 0) {  // else it is passed over
+                ASSERT_TRUE(right(reader.take(chunk * kBytes), chunk));
+            }
+        if (round % 3 == 0) {
+            reader.give_up();
+            ASSERT_EQ(reader.take(chunks.empty() ? 0 : chunks.back() * kBytes), nullptr);
+        }
+    }
+    reader.give_up();
+    while (!reader.ask(3 * kBytes)) reader.give_up();
+    io.read_fails = true;
+    while (!reader.ask(4 * kBytes)) reader.give_up();
+    EXPECT_EQ(reader.take(4 * kBytes), nullptr) << "it could not be read";
+    io.read_fails = false;
+    while (!reader.ask(99 * kBytes)) reader.give_up();
+    EXPECT_TRUE(right(reader.take(99 * kBytes), 99));
+    reader.close();
+    reader.open(&io);
+    EXPECT_EQ(reader.take(99 * kBytes), nullptr) << "closed in between";
+}
+
 }  // namespace
 }  // namespace burin
