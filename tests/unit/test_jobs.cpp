@@ -61,7 +61,7 @@ TEST(Jobs, ManyPoolsComeAndGo) {
     }
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(BURIN_EMULATED)
 [[noreturn]] void run_where_threads_are_few() {
     long pages = 0;
     std::ifstream("/proc/self/statm") >> pages;
