@@ -19,6 +19,7 @@ class IncrementalMesh {
 
   private:
     std::vector<burin_chunk_key> keys_;
+    std::vector<burin_mesh_range> ranges_;
     std::vector<float> positions_, normals_;
     std::vector<std::uint8_t> colours_;
     std::vector<std::uint32_t> triangles_;

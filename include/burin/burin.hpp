@@ -176,6 +176,14 @@ class Map {
         return out.resize(buffers.vertex_count, buffers.triangle_count);
     }
 
+    // Several at once, into `out` as it is: see burin_chunk_meshes. `ranges` has room for one a key.
+    [[nodiscard]] burin_status chunk_meshes(
+        const Array<burin_chunk_key>& keys, burin_mesh_buffers& out, Array<burin_mesh_range>& ranges,
+        std::uint64_t& done, const burin_mesh_options& options = burin_mesh_options_default()) {
+        if (!ranges.resize(keys.size())) return BURIN_INSUFFICIENT_MEMORY;
+        return burin_chunk_meshes(map_, keys.data(), keys.size(), &options, &out, ranges.data(), &done);
+    }
+
     // Images of camera.width * camera.height pixels; each may be null.
     [[nodiscard]] burin_status raycast(const burin_camera& camera, const burin_pose& T_world_camera,
                                        float* depth_m, float* normals = nullptr,

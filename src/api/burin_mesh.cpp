@@ -64,6 +64,12 @@ Status require_capacity(burin_mesh_buffers* mesh, std::uint64_t vertices, std::u
                          static_cast<unsigned long long>(triangles));
 }
 
+Status check_chunk(const burin_chunk_key& key) {
+    if (chunk_in_range({key.x, key.y, key.z})) return {};
+    return Status::error(Code::invalid_argument, "chunk %d %d %d, expected coordinates below %d", key.x,
+                         key.y, key.z, kChunkLimit);
+}
+
 MeshBuffers buffers_of(const burin_mesh_buffers& m) {
     return {m.positions, m.normals, m.colours, m.triangles};
 }
@@ -138,19 +144,59 @@ burin_status burin_changed_chunks(burin_map map, const burin_change_options* opt
     });
 }
 
+burin_status burin_chunk_meshes(burin_map map, const burin_chunk_key* keys, uint64_t count,
+                                const burin_mesh_options* options, burin_mesh_buffers* mesh,
+                                burin_mesh_range* ranges, uint64_t* done) {
+    return Call(map).run([&](MapState& state) -> Status {
+        BURIN_TRY(check_buffers(mesh));
+        if (!done) return null_argument("done");
+        *done = 0;
+        if (count > 0 && (!keys || !ranges)) return null_argument(keys ? "ranges" : "keys");
+        MeshOptions mesh_options;
+        BURIN_TRY(check_mesh_options(options, &mesh_options));
+        for (std::uint64_t i = 0; i < count; ++i) BURIN_TRY(check_chunk(keys[i]));
+        mesh->vertex_count = mesh->triangle_count = 0;
+        constexpr std::uint64_t kAtOnce = 256;  // chunks: 10 KiB of the stack
+        while (*done < count) {
+            ChunkKey some[kAtOnce];
+            ChunkMeshRange places[kAtOnce];
+            const int n = static_cast<int>(std::min(kAtOnce, count - *done));
+            for (int i = 0; i < n; ++i) {
+                const burin_chunk_key& key = keys[*done + static_cast<std::uint64_t>(i)];
+                some[i] = pack_key({key.x, key.y, key.z});
+            }
+            const std::uint64_t v = mesh->vertex_count, t = mesh->triangle_count;
+            const MeshBuffers out = {mesh->positions + 3 * v, mesh->normals ? mesh->normals + 3 * v : nullptr,
+                                     mesh->colours ? mesh->colours + 3 * v : nullptr,
+                                     mesh->triangles + 3 * t};
+            const int meshed = state.session.mesh_chunks(
+                some, n, mesh_options, out, {mesh->vertex_capacity - v, mesh->triangle_capacity - t}, places,
+                state.jobs);
+            for (int i = 0; i < meshed; ++i) {
+                ranges[*done + static_cast<std::uint64_t>(i)] = {
+                    v + places[i].first_vertex, places[i].vertices, t + places[i].first_triangle,
+                    places[i].triangles};
+                mesh->vertex_count += places[i].vertices;
+                mesh->triangle_count += places[i].triangles;
+            }
+            *done += static_cast<std::uint64_t>(meshed);
+            if (*done == 0) return require_capacity(mesh, places[0].vertices, places[0].triangles);
+            if (meshed < n) break;
+        }
+        return {};
+    });
+}
+
 burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_mesh_options* options,
                               burin_mesh_buffers* mesh) {
     return Call(map).run([&](MapState& state) -> Status {
         BURIN_TRY(check_buffers(mesh));
         MeshOptions mesh_options;
         BURIN_TRY(check_mesh_options(options, &mesh_options));
-        const Vec3i chunk{key.x, key.y, key.z};
-        if (!chunk_in_range(chunk))
-            return Status::error(Code::invalid_argument, "chunk %d %d %d, expected coordinates below %d",
-                                 key.x, key.y, key.z, kChunkLimit);
+        BURIN_TRY(check_chunk(key));
         BURIN_TRY(require_capacity(mesh, kMaxChunkVertices, kMaxChunkTriangles));
         const MeshCounts counts =
-            state.session.mesh_one_chunk(pack_key(chunk), mesh_options, buffers_of(*mesh));
+            state.session.mesh_one_chunk(pack_key({key.x, key.y, key.z}), mesh_options, buffers_of(*mesh));
         mesh->vertex_count = counts.vertices;
         mesh->triangle_count = counts.triangles;
         return {};

@@ -232,16 +232,13 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const CellR
     });
 }
 
-MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
-                      const MeshBuffers& out) {
-    const CellRule rule(volume, options);
-    std::uint32_t upper[8];
-    upper_of(neighbours, upper);
-    const ChunkCells cells(volume, upper, rule);
-    std::uint64_t active[8];
-    if (!cells.find_active(active)) return {};
-    const Planes used(active);
-    const ChunkBlock block(volume, neighbours, used.first, used.last + 1);
+namespace {
+
+// The cells of one chunk by themselves, in order: new_vertex(x, y, z, axis) for every edge that a triangle
+// reaches first, corner(triangle, k, vertex) for every corner.
+template <class NewVertex, class Corner>
+MeshCounts walk_cells(const std::uint64_t active[8], const ChunkCells& cells, NewVertex&& new_vertex,
+                      Corner&& corner) {
     constexpr std::uint16_t kNone = 0xffff;
     std::uint16_t id[EdgePlaces::kCount];
     std::memset(id, 0xff, sizeof id);
@@ -249,21 +246,53 @@ MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, con
     for_cells(active, cells, [&](int bit, int z, const CubeTriangles& cell) {
         const int x = bit & 7, y = bit >> 3;
         std::uint16_t* here = id + EdgePlaces::of(x, y, z, 0);
-        for (int t = 0; t < cell.count; ++t)
+        for (int t = 0; t < cell.count; ++t, ++counts.triangles)
             for (int k = 0; k < 3; ++k) {
                 const int e = cell.edge[t][k];
                 std::uint16_t& vertex = here[kEdgePlaces.step[e]];
                 if (vertex == kNone) {
                     const CubeEdge edge = kCubeEdges[static_cast<std::size_t>(e)];
-                    vertex = static_cast<std::uint16_t>(counts.vertices);
-                    write_vertex(block, x + (edge.corner & 1), y + (edge.corner >> 1 & 1),
-                                 z + (edge.corner >> 2), edge.axis, counts.vertices++, out);
+                    vertex = static_cast<std::uint16_t>(counts.vertices++);
+                    new_vertex(x + (edge.corner & 1), y + (edge.corner >> 1 & 1), z + (edge.corner >> 2),
+                               edge.axis, vertex);
                 }
-                out.triangles[3 * counts.triangles + static_cast<std::uint64_t>(k)] = vertex;
-                if (k == 2) ++counts.triangles;
+                corner(counts.triangles, k, vertex);
             }
     });
     return counts;
+}
+
+}  // namespace
+
+MeshCounts count_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options) {
+    std::uint32_t upper[8];
+    upper_of(neighbours, upper);
+    const CellRule rule(volume, options);
+    const ChunkCells cells(volume, upper, rule);
+    std::uint64_t active[8];
+    if (!cells.find_active(active)) return {};
+    return walk_cells(
+        active, cells, [](int, int, int, int, std::uint16_t) {}, [](std::uint64_t, int, std::uint16_t) {});
+}
+
+MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
+                      const MeshBuffers& out) {
+    std::uint32_t upper[8];
+    upper_of(neighbours, upper);
+    const CellRule rule(volume, options);
+    const ChunkCells cells(volume, upper, rule);
+    std::uint64_t active[8];
+    if (!cells.find_active(active)) return {};
+    const Planes used(active);
+    const ChunkBlock block(volume, neighbours, used.first, used.last + 1);
+    return walk_cells(
+        active, cells,
+        [&](int x, int y, int z, int axis, std::uint16_t vertex) {
+            write_vertex(block, x, y, z, axis, vertex, out);
+        },
+        [&](std::uint64_t triangle, int k, std::uint16_t vertex) {
+            out.triangles[3 * triangle + static_cast<std::uint64_t>(k)] = vertex;
+        });
 }
 
 }  // namespace burin

@@ -24,6 +24,11 @@ struct MeshCounts {
     std::uint64_t vertices = 0, triangles = 0;
 };
 
+// One chunk's share of buffers that hold several; its triangles count its vertices from 0.
+struct ChunkMeshRange {
+    std::uint64_t first_vertex = 0, vertices = 0, first_triangle = 0, triangles = 0;
+};
+
 class Mesher {
   public:
     void place(Arena& arena, std::uint32_t capacity);
@@ -62,6 +67,8 @@ inline constexpr int kMaxChunkTriangles = 5 * 512;
 // kMaxChunkTriangles. Positions on the border equal those of the neighbour's mesh bit for bit.
 MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out);
+// What mesh_chunk would write.
+MeshCounts count_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options);
 
 // See burin_mesh_remove_small.
 MeshCounts remove_small_components(const MeshBuffers& mesh, MeshCounts counts, std::uint64_t min_triangles,

@@ -130,6 +130,63 @@ MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& option
     return counts;
 }
 
+void FusionSession::mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
+                            const ChunkMeshRange& range) const {
+    if (range.triangles == 0) return;
+    const std::uint64_t v = 3 * range.first_vertex;
+    mesh_chunk(volume_, Neighbourhood(volume_, unpack_key(key)), options,
+               {out.positions + v, out.normals ? out.normals + v : nullptr,
+                out.colours ? out.colours + v : nullptr, out.triangles + 3 * range.first_triangle});
+}
+
+int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOptions& options,
+                               const MeshBuffers& out, MeshCounts room, ChunkMeshRange* ranges, Jobs& jobs) {
+    const auto measure = [&](int i) {
+        MeshCounts counts;
+        if (volume_.find(keys[i]) != kNoChunk)
+            counts = count_chunk(volume_, Neighbourhood(volume_, unpack_key(keys[i])), options);
+        ranges[i].vertices = counts.vertices;
+        ranges[i].triangles = counts.triangles;
+    };
+    MeshCounts used;
+    const auto place = [&](int i) {
+        ranges[i].first_vertex = used.vertices;
+        ranges[i].first_triangle = used.triangles;
+        if (used.vertices + ranges[i].vertices > room.vertices ||
+            used.triangles + ranges[i].triangles > room.triangles)
+            return false;
+        used.vertices += ranges[i].vertices;
+        used.triangles += ranges[i].triangles;
+        return true;
+    };
+    const auto meshed = [&](int i) {
+        if (volume_.find(keys[i]) != kNoChunk)
+            mark_meshed(volume_, Neighbourhood(volume_, unpack_key(keys[i])), ranges[i].triangles > 0);
+    };
+    int done = 0;
+    if (store_.away() > 0) {  // what one mesh reads may not all be there for the next
+        for (; done < count; ++done) {
+            bring_around(keys[done]);
+            measure(done);
+            if (!place(done)) break;
+            mesh_at(keys[done], options, out, ranges[done]);
+            meshed(done);
+        }
+        return done;
+    }
+    constexpr int kPerItem = 8;  // chunks a step of the job counter, some 100 us
+    const auto in_items = [&](int chunks, auto&& body) {
+        jobs.run((chunks + kPerItem - 1) / kPerItem, [&](int item, int) {
+            for (int i = item * kPerItem; i < std::min(chunks, (item + 1) * kPerItem); ++i) body(i);
+        });
+    };
+    in_items(count, measure);
+    while (done < count && place(done)) ++done;
+    in_items(done, [&](int i) { mesh_at(keys[i], options, out, ranges[i]); });
+    for (int i = 0; i < done; ++i) meshed(i);
+    return done;
+}
+
 template <class Body>
 Status FusionSession::with_all_chunks(Body&& body) {
     if (store_.away() > 0) {

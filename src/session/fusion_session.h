@@ -65,6 +65,10 @@ class FusionSession {
     }
     // One chunk's mesh for streaming; it is no longer listed then.
     MeshCounts mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out);
+    // The same for several, one behind the other in `out`: as many of the first ones as fit `room`. Returns
+    // how many; `ranges` has one more when that did not fit.
+    int mesh_chunks(const ChunkKey* keys, int count, const MeshOptions& options, const MeshBuffers& out,
+                    MeshCounts room, ChunkMeshRange* ranges, Jobs& jobs);
     // The chunks to be meshed again, in key order: put(i, chunk) for the first `capacity`. Returns how many
     // there are.
     template <class Put>
@@ -120,6 +124,8 @@ class FusionSession {
   private:
     Vec3i middle_of_view(const FrameView& frame) const;
     void bring_around(ChunkKey key);
+    void mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
+                 const ChunkMeshRange& range) const;
     template <class Body>  // body(ChunkSource&)
     Status with_all_chunks(Body&& body);
 

@@ -62,6 +62,13 @@ TEST_F(Cpp, TheSameAsInC) {
         sum += part.triangle_count();
     }
     EXPECT_EQ(sum, triangles);
+    std::uint64_t done = 0;
+    Array<burin_mesh_range> ranges;
+    ASSERT_EQ(part.resize(3 * triangles, triangles), BURIN_OK);
+    burin_mesh_buffers all = part.buffers(3 * triangles, triangles);
+    ASSERT_EQ(map.chunk_meshes(keys, all, ranges, done), BURIN_OK);
+    EXPECT_EQ(done, keys.size());
+    EXPECT_EQ(all.triangle_count, triangles);
     ASSERT_EQ(map.changed_chunks(keys, every), BURIN_OK);
     EXPECT_TRUE(keys.empty());
 

@@ -251,6 +251,15 @@ struct Machine {
             if (status == BURIN_OK && count > 0 && !in.rarely()) key = keys.data[in.byte() % count];
             calls(map, [&] { return burin_chunk_mesh(map, key, &o, &b); });
         }
+        if (status != BURIN_OK || b.vertex_capacity != 1944) return;
+        Exact<burin_mesh_range> ranges(count);
+        std::uint64_t done = 0;
+        calls(map, [&] {
+            return burin_chunk_meshes(map, keys.data.get(), count, &o, &b, ranges.data.get(), &done);
+        });
+        check(done <= count);
+        for (std::uint64_t i = 0; i < done; ++i)
+            check(ranges.data[i].first_vertex + ranges.data[i].vertex_count <= b.vertex_count);
     }
     void raycast(burin_map map) {
         burin_camera c = camera();
