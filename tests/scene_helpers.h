@@ -17,6 +17,7 @@
 #include "core/image.h"
 #include "core/jobs.h"
 #include "core/triangle_mesh.h"
+#include "datasets/c_frame.h"
 #include "session/fusion_session.h"
 
 namespace burin {
@@ -324,23 +325,6 @@ class ApiMap {
     burin_map map{0, 0};
 };
 
-inline burin_camera c_camera(const Camera& c) {
-    return {static_cast<std::uint32_t>(c.width),
-            static_cast<std::uint32_t>(c.height),
-            c.fx,
-            c.fy,
-            c.cx,
-            c.cy,
-            c.k1,
-            c.k2,
-            c.p1,
-            c.p2,
-            c.k3};
-}
-inline burin_pose c_pose(const Se3& T) {
-    const Quaternion q = quaternion_of(T.R);
-    return {T.t.x, T.t.y, T.t.z, q.x, q.y, q.z, q.w};
-}
 inline burin_frame c_frame(const FrameView& v) {
     burin_frame f = burin_frame_default();
     const bool u16 = !v.depth_u16.empty();

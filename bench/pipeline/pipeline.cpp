@@ -10,6 +10,7 @@
 
 #include "core/arena.h"
 #include "core/triangle_mesh.h"
+#include "datasets/c_frame.h"
 #include "datasets/open.h"
 #include "export/ply.h"
 #include "mesh/mesher.h"
@@ -41,7 +42,7 @@ struct Pass {
 };
 
 Status fuse(const Frame& frame, burin_map map, Pass* pass) {
-    const burin_frame in = burin::bench::c_frame(frame);
+    const burin_frame in = burin::c_frame(frame);
     burin_frame_result result;
     const double start = now_ms(), cpu_start = cpu_ms();
     const burin_status status = burin_integrate(map, &in, &result);

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "datasets/c_frame.h"
 #include "roofline/machine.h"
 #include "roofline/stages.h"
 #include "support/frames.h"
@@ -53,7 +54,7 @@ Status time_frames(const std::vector<Frame>& frames, const burin_config& config,
         burin::bench::BenchMap map;
         BURIN_TRY(map.create(config));
         for (std::size_t i = 0; i < frames.size(); ++i) {
-            const burin_frame in = burin::bench::c_frame(frames[i]);
+            const burin_frame in = burin::c_frame(frames[i]);
             burin_frame_result result;
             if (cold) burin::bench::evict_caches();
             const double start = burin::bench::cpu_ms();

@@ -11,28 +11,6 @@
 #include "datasets/open.h"
 
 namespace burin::bench {
-namespace {
-
-burin_camera c_camera(const Camera& c) {
-    return {static_cast<std::uint32_t>(c.width),
-            static_cast<std::uint32_t>(c.height),
-            c.fx,
-            c.fy,
-            c.cx,
-            c.cy,
-            c.k1,
-            c.k2,
-            c.p1,
-            c.p2,
-            c.k3};
-}
-
-burin_pose c_pose(const Se3& T) {
-    const Quaternion q = quaternion_of(T.R);
-    return {T.t.x, T.t.y, T.t.z, q.x, q.y, q.z, q.w};
-}
-
-}  // namespace
 
 double now_ms() {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch())
@@ -79,24 +57,6 @@ Result<std::vector<Frame>> load_frames(const FrameRange& range, std::vector<doub
         return Status::error(Code::invalid_argument, "%s: no frame from %d on has a pose",
                              range.dataset.c_str(), range.first);
     return frames;
-}
-
-burin_frame c_frame(const Frame& f) {
-    burin_frame out = burin_frame_default();
-    const bool u16 = !f.depth_u16.empty();
-    out.depth_type = u16 ? BURIN_DEPTH_U16 : BURIN_DEPTH_F32;
-    out.t_ns = f.t_ns;
-    out.depth = u16 ? static_cast<const void*>(f.depth_u16.pixels.data()) : f.depth_f32.pixels.data();
-    out.depth_stride_bytes = static_cast<std::uint64_t>(f.depth_camera.width) * (u16 ? 2 : 4);
-    out.depth_unit_m = f.depth_unit_m;
-    out.depth_camera = c_camera(f.depth_camera);
-    out.T_world_camera = c_pose(f.T_world_camera);
-    if (f.colour.empty()) return out;
-    out.colour = f.colour.pixels.data();
-    out.colour_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;
-    out.colour_camera = c_camera(f.colour_camera);
-    out.T_colour_depth = c_pose(f.T_colour_depth);
-    return out;
 }
 
 FrameView view_of(const Frame& f) {

@@ -25,7 +25,6 @@ Result<std::vector<Frame>> load_frames(const FrameRange& range, std::vector<doub
 bool parse_range(const std::string& text, FrameRange* range);
 
 // Points into `frame`.
-burin_frame c_frame(const Frame& frame);
 FrameView view_of(const Frame& frame);
 
 // Wall clock, and processor time of the whole process. With one thread both are the same on an idle machine;
