@@ -358,10 +358,10 @@ typedef struct burin_change_options {
 
 BURIN_API burin_change_options burin_change_options_default(void);
 
-/* The chunks to be meshed (again) by burin_chunk_mesh or burin_chunk_meshes after this frame, in key order; a chunk stays in the
- * list until it is meshed. With the default options about as much work every frame, however noisy the depth.
- * With threshold_voxels 0 and interval 1: every chunk whose mesh differs in any bit, as after the last frame.
- * options may be NULL. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+/* The chunks to be meshed (again) by burin_chunk_mesh or burin_chunk_meshes after this frame, in key order; a
+ * chunk stays in the list until it is meshed. With the default options about as much work every frame,
+ * however noisy the depth. With threshold_voxels 0 and interval 1: every chunk whose mesh differs in any bit,
+ * as after the last frame. options may be NULL. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
 BURIN_API burin_status burin_changed_chunks(burin_map map, const burin_change_options* options,
                                             burin_chunk_key* keys, uint64_t capacity, uint64_t* count);
 /* The same with the default options. */
@@ -374,8 +374,8 @@ BURIN_API burin_status burin_dirty_chunks(burin_map map, burin_chunk_key* keys, 
 BURIN_API burin_status burin_chunk_mesh(burin_map map, burin_chunk_key key, const burin_mesh_options* options,
                                         burin_mesh_buffers* mesh);
 
-/* Where the mesh of one chunk lies in the buffers of burin_chunk_meshes. Its triangles count its own vertices,
- * from 0: what renderers call a base vertex is first_vertex. */
+/* Where the mesh of one chunk lies in the buffers of burin_chunk_meshes. Its triangles count its own
+ * vertices, from 0: what renderers call a base vertex is first_vertex. */
 typedef struct burin_mesh_range {
     uint64_t first_vertex, vertex_count, first_triangle, triangle_count;
 } burin_mesh_range;
@@ -383,8 +383,8 @@ typedef struct burin_mesh_range {
 /* burin_chunk_mesh of keys[0] .. keys[count - 1], one behind the other, by all threads of the map: as many of
  * the first ones as fit the buffers. *done tells how many, ranges[i] where each lies, and mesh's counts their
  * sum; only those leave the list of changed chunks. The bytes are the same for any number of threads. Fewer
- * than `count` is no error; when not even the first fits (INSUFFICIENT_MEMORY), the counts hold what it needs.
- * INVALID_ARGUMENT: a null pointer, or a key out of range among them; nothing is meshed then. */
+ * than `count` is no error; when not even the first fits (INSUFFICIENT_MEMORY), the counts hold what it
+ * needs. INVALID_ARGUMENT: a null pointer, or a key out of range among them; nothing is meshed then. */
 BURIN_API burin_status burin_chunk_meshes(burin_map map, const burin_chunk_key* keys, uint64_t count,
                                           const burin_mesh_options* options, burin_mesh_buffers* mesh,
                                           burin_mesh_range* ranges, uint64_t* done);
@@ -467,9 +467,9 @@ typedef enum burin_store_mode {
  * a frame that finds the pool full sends the chunks farthest from its view to the file, and a frame that
  * would change chunks of the file brings them back: the map is bit for bit the one that a larger budget would
  * have held. burin_integrate may then wait for the disk. burin_hash, burin_save, burin_chunks,
- * burin_chunk_mesh and burin_chunk_meshes cover the whole map; burin_mesh, burin_raycast and burin_sample what is in memory. Errors:
- * STATE (store_chunks is 0, or a store is open), IO, FORMAT (damaged), INVALID_ARGUMENT (a store of other
- * voxels), INSUFFICIENT_MEMORY (more chunks than store_chunks). */
+ * burin_chunk_mesh and burin_chunk_meshes cover the whole map; burin_mesh, burin_raycast and burin_sample
+ * what is in memory. Errors: STATE (store_chunks is 0, or a store is open), IO, FORMAT (damaged),
+ * INVALID_ARGUMENT (a store of other voxels), INSUFFICIENT_MEMORY (more chunks than store_chunks). */
 BURIN_API burin_status burin_store_open(burin_map map, const char* path, uint32_t mode);
 
 /* Writes what has changed and waits until the disk has it: whatever happens to the process or the machine
