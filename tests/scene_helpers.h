@@ -12,12 +12,12 @@
 #include <set>
 #include <vector>
 
+#include "api/c_frame.h"
 #include "api/config.h"
 #include "core/camera.h"
 #include "core/image.h"
 #include "core/jobs.h"
 #include "core/triangle_mesh.h"
-#include "datasets/c_frame.h"
 #include "session/fusion_session.h"
 
 namespace burin {

@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "api/c_frame.h"
 #include "core/arena.h"
 #include "core/triangle_mesh.h"
-#include "datasets/c_frame.h"
 #include "datasets/open.h"
 #include "export/ply.h"
 #include "mesh/mesher.h"

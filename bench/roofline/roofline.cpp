@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "datasets/c_frame.h"
+#include "api/c_frame.h"
 #include "roofline/machine.h"
 #include "roofline/stages.h"
 #include "support/frames.h"

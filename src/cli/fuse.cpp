@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <sstream>
 
+#include "api/c_frame.h"
 #include "cli/common.h"
-#include "datasets/c_frame.h"
 #include "datasets/open.h"
 #include "datasets/prefetch.h"
 #include "export/mesh_file.h"

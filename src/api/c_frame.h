@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "datasets/c_frame.h"
+// Frames of data sets as the C interface takes them: for programs above it.
+#pragma once
+
+#include "burin/burin.h"
+#include "capture/frame.h"
+#include "core/camera.h"
+#include "core/se3.h"
 
 namespace burin {
 
-burin_camera c_camera(const Camera& c) {
+inline burin_camera c_camera(const Camera& c) {
     return {static_cast<std::uint32_t>(c.width),
             static_cast<std::uint32_t>(c.height),
             c.fx,
@@ -17,12 +23,13 @@ burin_camera c_camera(const Camera& c) {
             c.k3};
 }
 
-burin_pose c_pose(const Se3& T) {
+inline burin_pose c_pose(const Se3& T) {
     const Quaternion q = quaternion_of(T.R);
     return {T.t.x, T.t.y, T.t.z, q.x, q.y, q.z, q.w};
 }
 
-burin_frame c_frame(const Frame& f) {
+// Its images must outlive the result.
+inline burin_frame c_frame(const Frame& f) {
     burin_frame out = burin_frame_default();
     const bool u16 = !f.depth_u16.empty();
     out.depth_type = u16 ? BURIN_DEPTH_U16 : BURIN_DEPTH_F32;
