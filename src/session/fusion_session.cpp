@@ -130,13 +130,13 @@ MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& option
     return counts;
 }
 
-void FusionSession::mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
-                            const ChunkMeshRange& range) const {
-    if (range.triangles == 0) return;
+MeshCounts FusionSession::mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
+                                  const ChunkMeshRange& range) const {
+    if (volume_.find(key) == kNoChunk) return {};
     const std::uint64_t v = 3 * range.first_vertex;
-    mesh_chunk(volume_, Neighbourhood(volume_, unpack_key(key)), options,
-               {out.positions + v, out.normals ? out.normals + v : nullptr,
-                out.colours ? out.colours + v : nullptr, out.triangles + 3 * range.first_triangle});
+    return mesh_chunk(volume_, Neighbourhood(volume_, unpack_key(key)), options,
+                      {out.positions + v, out.normals ? out.normals + v : nullptr,
+                       out.colours ? out.colours + v : nullptr, out.triangles + 3 * range.first_triangle});
 }
 
 int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOptions& options,
@@ -164,12 +164,22 @@ int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOption
             mark_meshed(volume_, Neighbourhood(volume_, unpack_key(keys[i])), ranges[i].triangles > 0);
     };
     int done = 0;
-    if (store_.away() > 0) {  // what one mesh reads may not all be there for the next
+    // One after the other, where there is one thread, or where what one mesh reads may not all be there for
+    // the next. While there is room for any chunk, none needs to be counted first.
+    if (store_.away() > 0 || jobs.threads() == 1) {
         for (; done < count; ++done) {
+            ChunkMeshRange& range = ranges[done];
             bring_around(keys[done]);
-            measure(done);
+            range = {};
+            const bool any_fits = room.vertices - used.vertices >= kMaxChunkVertices &&
+                                  room.triangles - used.triangles >= kMaxChunkTriangles;
+            if (!any_fits) measure(done);
             if (!place(done)) break;
-            mesh_at(keys[done], options, out, ranges[done]);
+            if (any_fits || range.triangles > 0) {
+                const MeshCounts counts = mesh_at(keys[done], options, out, range);
+                used.vertices = range.first_vertex + (range.vertices = counts.vertices);
+                used.triangles = range.first_triangle + (range.triangles = counts.triangles);
+            }
             meshed(done);
         }
         return done;
@@ -182,7 +192,9 @@ int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOption
     };
     in_items(count, measure);
     while (done < count && place(done)) ++done;
-    in_items(done, [&](int i) { mesh_at(keys[i], options, out, ranges[i]); });
+    in_items(done, [&](int i) {
+        if (ranges[i].triangles > 0) mesh_at(keys[i], options, out, ranges[i]);
+    });
     for (int i = 0; i < done; ++i) meshed(i);
     return done;
 }

@@ -124,8 +124,8 @@ class FusionSession {
   private:
     Vec3i middle_of_view(const FrameView& frame) const;
     void bring_around(ChunkKey key);
-    void mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
-                 const ChunkMeshRange& range) const;
+    MeshCounts mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
+                       const ChunkMeshRange& range) const;
     template <class Body>  // body(ChunkSource&)
     Status with_all_chunks(Body&& body);
 
