@@ -32,30 +32,31 @@ void Projector::fill(simd::ProjectiveOffsets* table) const {
     }
 }
 
-void Projector::group_size(double* most_across, double* most_z) const {
-    *most_across = *most_z = 0;
+template <class Table>
+Projector::GroupSize Projector::fill_group(Table* table) const {
+    double most_across = 0, most_z = 0;
     for (int k = 0; k < 8; ++k) {
         const double x = k & 1 ? 1.5 : -1.5, y = k & 2 ? 1.5 : -1.5, z = k & 4 ? 0.5 : -0.5;
-        *most_across = std::max({*most_across, across(0, x, y, z), across(1, x, y, z)});
-        *most_z = std::max(*most_z, across(2, x, y, z));
+        most_across = std::max({most_across, across(0, x, y, z), across(1, x, y, z)});
+        most_z = std::max(most_z, across(2, x, y, z));
     }
-}
-
-void Projector::fill(simd::GroupOffsets* table) const {
-    double most_across = 0, most_z = 0;
-    group_size(&most_across, &most_z);
     table->most_across = static_cast<float>(most_across);
     table->most_z = static_cast<float>(most_z);
     table->centre_u = static_cast<float>(centre_[0]);
     table->centre_v = static_cast<float>(centre_[1]);
+    return {most_across, most_z};
+}
+
+void Projector::fill(simd::GroupOffsets* table) const {
+    const GroupSize most = fill_group(table);
     for (int k = 0; k < simd::kGroupVoxels; ++k) {
         const double x = (k & 3) - 1.5, y = (k >> 3) - 1.5, z = (k >> 2 & 1) - 0.5;
-        const auto part = [](double value, double most) {
-            return static_cast<std::int16_t>(std::lround(32767 * value / most));
+        const auto part = [](double value, double largest) {
+            return static_cast<std::int16_t>(std::lround(32767 * value / largest));
         };
-        table->across_u[k] = part(across(0, x, y, z), most_across);
-        table->across_v[k] = part(across(1, x, y, z), most_across);
-        table->z[k] = part(across(2, x, y, z), most_z);
+        table->across_u[k] = part(across(0, x, y, z), most.across);
+        table->across_v[k] = part(across(1, x, y, z), most.across);
+        table->z[k] = part(across(2, x, y, z), most.z);
     }
     for (int g = 0; g < simd::kGroups; ++g)
         put(4 * (g & 1) + 1.5, 4 * (g >> 1 & 1) + 1.5, 2 * (g >> 2) + 0.5, &table->middle_u[g],
@@ -72,12 +73,7 @@ void Projector::fill(simd::ChunkProjection* p, Vec3i origin) const {
         put(k == 0 ? kChunkSide : 0, k == 1 ? kChunkSide : 0, k == 2 ? kChunkSide : 0, &p->step_u[k],
             &p->step_v[k], &p->step_z[k]);
     for (int k = 0; k < 3; ++k) put(k == 0, k == 1, k == 2, &p->voxel_u[k], &p->voxel_v[k], &p->voxel_z[k]);
-    double most_across = 0, most_z = 0;
-    group_size(&most_across, &most_z);
-    p->most_across = static_cast<float>(most_across);
-    p->most_z = static_cast<float>(most_z);
-    p->centre_u = static_cast<float>(centre_[0]);
-    p->centre_v = static_cast<float>(centre_[1]);
+    fill_group(p);
     const simd::ProjectiveBase first = base(origin);
     p->origin_u = first.u;
     p->origin_v = first.v;

@@ -26,8 +26,13 @@ class Projector {
     simd::ProjectiveBase base(Vec3i chunk) const;
 
   private:
-    // The largest offsets within a group of voxels, at its corners, (u and v) and in depth.
-    void group_size(double* across, double* depth) const;
+    // The largest offsets within a group of voxels, at its corners: fx X or fy Y, and Z; scaled.
+    struct GroupSize {
+        double across, z;
+    };
+    // Writes them and the principal point, and tells them before they are rounded.
+    template <class Table>  // GroupOffsets or ChunkProjection
+    GroupSize fill_group(Table* table) const;
     // Component k (u, v or z) of a point in voxels: (0, 0, 0) is the low corner of the world's voxel (0, 0,
     // 0).
     double at(int k, double x, double y, double z) const { return offset_[k] + step(k, x, y, z); }

@@ -262,37 +262,42 @@ MeshCounts walk_cells(const std::uint64_t active[8], const ChunkCells& cells, Ne
     return counts;
 }
 
-}  // namespace
-
-MeshCounts count_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options) {
+// body(active, cells) when cells of the chunk hold surface.
+template <class Body>
+MeshCounts with_cells(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
+                      Body&& body) {
     std::uint32_t upper[8];
     upper_of(neighbours, upper);
     const CellRule rule(volume, options);
     const ChunkCells cells(volume, upper, rule);
     std::uint64_t active[8];
-    if (!cells.find_active(active)) return {};
-    return walk_cells(
-        active, cells, [](int, int, int, int, std::uint16_t) {}, [](std::uint64_t, int, std::uint16_t) {});
+    return cells.find_active(active) ? body(active, cells) : MeshCounts{};
+}
+
+}  // namespace
+
+MeshCounts count_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options) {
+    return with_cells(volume, neighbours, options, [](const std::uint64_t* active, const ChunkCells& cells) {
+        return walk_cells(
+            active, cells, [](int, int, int, int, std::uint16_t) {},
+            [](std::uint64_t, int, std::uint16_t) {});
+    });
 }
 
 MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out) {
-    std::uint32_t upper[8];
-    upper_of(neighbours, upper);
-    const CellRule rule(volume, options);
-    const ChunkCells cells(volume, upper, rule);
-    std::uint64_t active[8];
-    if (!cells.find_active(active)) return {};
-    const Planes used(active);
-    const ChunkBlock block(volume, neighbours, used.first, used.last + 1);
-    return walk_cells(
-        active, cells,
-        [&](int x, int y, int z, int axis, std::uint16_t vertex) {
-            write_vertex(block, x, y, z, axis, vertex, out);
-        },
-        [&](std::uint64_t triangle, int k, std::uint16_t vertex) {
-            out.triangles[3 * triangle + static_cast<std::uint64_t>(k)] = vertex;
-        });
+    return with_cells(volume, neighbours, options, [&](const std::uint64_t* active, const ChunkCells& cells) {
+        const Planes used(active);
+        const ChunkBlock block(volume, neighbours, used.first, used.last + 1);
+        return walk_cells(
+            active, cells,
+            [&](int x, int y, int z, int axis, std::uint16_t vertex) {
+                write_vertex(block, x, y, z, axis, vertex, out);
+            },
+            [&](std::uint64_t triangle, int k, std::uint16_t vertex) {
+                out.triangles[3 * triangle + static_cast<std::uint64_t>(k)] = vertex;
+            });
+    });
 }
 
 }  // namespace burin

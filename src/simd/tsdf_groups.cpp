@@ -49,6 +49,7 @@ bool DepthProjection::allows_groups(float along) const {
         const float half_unit = unit_m * truncation.units_per_m() * 0.5f * a,
                     slope = groups.most_z * 0.5f * a;
         if (!(half_unit < 16000.0f && slope < 16000.0f)) return false;
+        // (16000: rest and slope, each below it, stay within 16 bits together.)
         // A step at the limit must leave the band wherever in the group, 8 for rounding.
         const GroupScale scale(*this, a);
         if (!(static_cast<float>(scale.limit) * half_unit > 16384.0f + slope + half_unit + 8.0f))
