@@ -10,6 +10,33 @@ Se3 Se3::inverse() const {
     return {Rt, -(Rt * t)};
 }
 
+namespace {
+
+// q of any length but 0.
+Mat3d rotation_of(Quaternion q) {
+    const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+    const double x = q.x / n, y = q.y / n, z = q.z / n, w = q.w / n;
+    return {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
+             2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
+             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+}
+
+}  // namespace
+
+Se3 orthonormal(const Se3& T) { return {rotation_of(quaternion_of(T.R)), T.t}; }
+
+Se3 moved(const Se3& T, const Twist& xi) {
+    const Mat3d dR = rotation_of({xi.w[0] / 2, xi.w[1] / 2, xi.w[2] / 2, 1});
+    return orthonormal({T.R * dR, T.t + T.R * Vec3d{xi.v[0], xi.v[1], xi.v[2]}});
+}
+
+Twist motion_between(const Se3& from, const Se3& to) {
+    const Mat3d Rt = from.R.transposed();
+    const Vec3d v = Rt * (to.t - from.t);
+    const Quaternion q = quaternion_of(Rt * to.R);
+    return {{v.x, v.y, v.z}, {2 * q.x / q.w, 2 * q.y / q.w, 2 * q.z / q.w}};
+}
+
 Result<Se3> se3_from_quaternion(Vec3d t, Quaternion q) {
     const double n2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
     if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z) || !std::isfinite(n2))
@@ -17,13 +44,7 @@ Result<Se3> se3_from_quaternion(Vec3d t, Quaternion q) {
     const double n = std::sqrt(n2);
     if (!(std::fabs(n - 1.0) <= 0.05))
         return Status::error(Code::invalid_argument, "quaternion norm is %g, expected 1", n);
-    const double x = q.x / n, y = q.y / n, z = q.z / n, w = q.w / n;
-    Se3 T;
-    T.R = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
-            2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
-            2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
-    T.t = t;
-    return T;
+    return Se3{rotation_of(q), t};
 }
 
 Result<Se3> se3_from_matrix(const double* m, int rows, double tolerance) {

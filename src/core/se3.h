@@ -30,4 +30,17 @@ Result<Se3> se3_from_matrix(const double* row_major, int rows, double tolerance 
 
 Quaternion quaternion_of(const Mat3d& R);  // w >= 0
 
+// A small motion in a body's own axes: v (metres), then w (radians).
+struct Twist {
+    double v[3] = {}, w[3] = {};
+};
+// T moved by xi: R' = R exp(w), t' = t + R v. exp(w) is the unit quaternion along (w / 2, 1), which is the
+// exponential up to |w|^3 / 12 and takes no sine; the result is orthonormal to rounding however often this is
+// repeated.
+Se3 moved(const Se3& T, const Twist& xi);
+// xi with moved(from, xi) == to, for rotations of less than 180 degrees.
+Twist motion_between(const Se3& from, const Se3& to);
+// The same transform with its rotation brought back to orthonormal: products of products drift off.
+Se3 orthonormal(const Se3& T);
+
 }  // namespace burin

@@ -44,6 +44,7 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
     volume_.place(arena, options.volume);
     store_.place(arena, options.volume, options.store_chunks);
     depth_.place(arena, options.depth);
+    tracking_.place(arena, options.tracking, options.depth);
     integrator_.place(arena, options.integration, options.depth.max_width, options.depth.max_height);
     mesher_.place(arena, options.volume.capacity);
     scratch_ = arena.allocate<std::uint32_t>(options.volume.capacity, 64);
@@ -52,28 +53,49 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
 void FusionSession::clear() {
     volume_.clear();
     store_.is_open() ? store_.forget() : store_.clear();
+    tracking_.clear();
     frames_ = dropped_ = 0;
     counted_ = false;
 }
 
 FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
     FrameReport report;
-    counted_ = false;
+    const double start = now_ms();
+    depth_.prepare(frame, jobs);
+    report.depth_ms = now_ms() - start;
+    fuse(frame, jobs, &report);
+    return report;
+}
+
+ScanReport FusionSession::scan(const FrameView& frame, Jobs& jobs) {
+    ScanReport report;
     const double start = now_ms();
     depth_.prepare(frame, jobs);
     const double prepared = now_ms();
+    report.fusion.depth_ms = prepared - start;
+    report.tracking = tracking_.track(volume_, depth_.image, frame, jobs);
+    report.tracking.track_ms = now_ms() - prepared;
+    report.fusion.valid_pixels = depth_.image.valid;
+    if (report.tracking.state != TrackingState::tracking) return report;
+    FrameView placed = frame;
+    placed.T_world_camera = report.tracking.T_world_camera;
+    fuse(placed, jobs, &report.fusion);
+    return report;
+}
+
+void FusionSession::fuse(const FrameView& frame, Jobs& jobs, FrameReport* report) {
+    const double start = now_ms();
+    counted_ = false;
     ++frames_;
     if (store_.is_open()) store_.begin_frame(middle_of_view(frame));
-    report.chunks = integrator_.integrate(volume_, depth_, frame, static_cast<std::uint32_t>(frames_), jobs,
-                                          store_.is_open() ? &store_ : nullptr);
+    report->chunks = integrator_.integrate(volume_, depth_, frame, static_cast<std::uint32_t>(frames_), jobs,
+                                           store_.is_open() ? &store_ : nullptr);
     const ChunkStore::Counts store = store_.counts();
-    report.store_full = store.full;
-    report.store_failed = store.failed;
-    report.valid_pixels = depth_.image.valid;
-    report.depth_ms = prepared - start;
-    report.integrate_ms = now_ms() - prepared;
-    dropped_ += report.chunks.dropped;
-    return report;
+    report->store_full = store.full;
+    report->store_failed = store.failed;
+    report->valid_pixels = depth_.image.valid;
+    report->integrate_ms = now_ms() - start;
+    dropped_ += report->chunks.dropped;
 }
 
 // The chunk in the middle of what a camera may see: from there, distance tells what leaves memory first.

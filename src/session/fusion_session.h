@@ -18,6 +18,7 @@
 #include "map/volume.h"
 #include "mesh/changes.h"
 #include "mesh/mesher.h"
+#include "session/camera_tracking.h"
 
 namespace burin {
 
@@ -26,6 +27,7 @@ struct FusionOptions {
     VolumeShape volume;  // capacity is derived from the budget
     DepthOptions depth;
     IntegrationOptions integration;
+    TrackingOptions tracking;
     std::uint32_t store_chunks = 0;  // room in the index of a store; 0: there will be none
 };
 
@@ -34,6 +36,11 @@ struct FrameReport {
     std::uint32_t valid_pixels = 0;
     double depth_ms = 0, integrate_ms = 0;
     bool store_full = false, store_failed = false;
+};
+
+struct ScanReport {
+    FrameReport fusion;
+    TrackingReport tracking;
 };
 
 class FusionSession {
@@ -50,6 +57,10 @@ class FusionSession {
 
     // `frame` must have been checked.
     FrameReport integrate(const FrameView& frame, Jobs& jobs);
+
+    // The same with the camera tracked: the pose of the frame counts only for the first one. A frame is fused
+    // when its pose is sure.
+    ScanReport scan(const FrameView& frame, Jobs& jobs);
 
     // Asked twice without a frame between, it remembers: the size first, then the mesh.
     MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
@@ -122,6 +133,7 @@ class FusionSession {
     std::uint64_t dropped() const { return dropped_; }
 
   private:
+    void fuse(const FrameView& frame, Jobs& jobs, FrameReport* report);
     Vec3i middle_of_view(const FrameView& frame) const;
     void bring_around(ChunkKey key);
     MeshCounts mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
@@ -133,6 +145,7 @@ class FusionSession {
     Volume volume_;
     ChunkStore store_;
     DepthStage depth_;
+    CameraTracking tracking_;
     Integrator integrator_;
     Mesher mesher_;
     std::uint32_t* scratch_ = nullptr;  // one entry a chunk

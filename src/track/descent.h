@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// From a start to the pose that explains the points best: Gauss-Newton with damping (Levenberg-Marquardt),
+// coarse to fine. What is measured, field, raycast or colour, is behind PoseMeasurement.
+#pragma once
+
+#include "core/se3.h"
+#include "track/normal_equations.h"
+#include "track/track_points.h"
+
+namespace burin {
+
+// What the points of one level say at one pose. Residuals are in units of `scale` standard deviations of a
+// reading.
+struct Measured {
+    NormalEquations system;
+    double median = 0;   // of |residual|, in standard deviations, over the points that count
+    int considered = 0;  // points of the level, found in the model or not
+};
+
+class PoseMeasurement {
+  public:
+    // T_world_camera need not be near the last one. Results do not depend on threads.
+    virtual Measured measure(const Se3& T_world_camera, int level, double scale) = 0;
+
+  protected:
+    ~PoseMeasurement() = default;
+};
+
+struct MotionPriorTerm {  // a normal distribution around a predicted pose
+    Se3 T_world_camera;
+    double sigma_m = 0, sigma_rad = 0;  // 0: no prior
+};
+
+struct DescentOptions {
+    int steps[TrackPoints::kLevels] = {5, 6, 8};  // at most, finest first
+    int finest = 0;                               // the level to end at
+    // A step that moves no point at 2 m by more than a fiftieth of a 5 mm voxel.
+    double least_m = 5e-5, least_rad = 5e-5;
+};
+
+struct PoseFit {
+    Se3 T_world_camera;
+    NormalEquations system;  // at the pose, of the finest level, without the prior
+    double cost = 0;         // a point of the finest level; points that the model lacks cost kMissCost
+    double scale = 0;        // robust standard deviation of residuals, in standard deviations of a reading
+    int considered = 0;
+    int evaluations = 0;
+    bool converged = false;  // the last step was below least_*
+};
+
+// A point without correspondence costs as much as one 2 scaled deviations off under Huber's k of 1.345: so
+// that losing points never pays, and finding bad ones does not either.
+inline constexpr double kMissCost = 1.7855;  // k (2 - k / 2)
+
+// Robust scale from the median absolute residual of a normal distribution.
+inline double scale_of(double median) { return 1.4826 * median; }
+
+// Cost a point at one pose and scale, prior included.
+double cost_at(const Measured& measured);
+
+PoseFit descend(PoseMeasurement& measurement, const Se3& start, const MotionPriorTerm& prior,
+                const DescentOptions& options);
+
+}  // namespace burin

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "track/normal_equations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace burin {
+namespace {
+
+double lane_sum(const float (&lanes)[simd::kTrackLanes]) {
+    double sum = 0;
+    for (const float lane : lanes) sum += static_cast<double>(lane);
+    return sum;
+}
+
+}  // namespace
+
+void NormalEquations::add(const simd::TrackSums& sums) {
+    int term = simd::kTrackA;
+    for (int r = 0; r < 6; ++r) {
+        for (int c = r; c < 6; ++c) A[r][c] += lane_sum(sums[term++]);
+        b[r] += lane_sum(sums[simd::kTrackB + r]);
+    }
+    cost += lane_sum(sums[simd::kTrackCost]);
+    points += lane_sum(sums[simd::kTrackPoints]);
+    inliers += lane_sum(sums[simd::kTrackInliers]);
+}
+
+void NormalEquations::finish(double inverse_scale) {
+    for (int r = 0; r < 6; ++r) {
+        for (int c = r; c < 6; ++c) A[r][c] *= inverse_scale * inverse_scale;
+        for (int c = 0; c < r; ++c) A[r][c] = A[c][r];
+        b[r] *= inverse_scale;
+    }
+}
+
+NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
+    for (int r = 0; r < 6; ++r) {
+        for (int c = 0; c < 6; ++c) A[r][c] += other.A[r][c];
+        b[r] += other.b[r];
+    }
+    cost += other.cost;
+    points += other.points;
+    inliers += other.inliers;
+    return *this;
+}
+
+void NormalEquations::add_prior(const Twist& to, double sigma_m, double sigma_rad) {
+    const auto pull = [&](int i, double target, double sigma) {
+        const double information = 1 / (sigma * sigma);
+        A[i][i] += information;
+        b[i] -= information * target;
+        cost += 0.5 * information * target * target;
+    };
+    for (int i = 0; i < 3; ++i) {
+        pull(i, to.v[i], sigma_m);
+        pull(3 + i, to.w[i], sigma_rad);
+    }
+}
+
+bool NormalEquations::solve(double damping, Twist* xi) const {
+    double L[6][6] = {}, d[6], y[6];
+    for (int r = 0; r < 6; ++r) {
+        for (int c = 0; c <= r; ++c) {
+            double sum = A[r][c] + (r == c ? damping * A[r][r] : 0);
+            for (int k = 0; k < c; ++k) sum -= L[r][k] * L[c][k] * d[k];
+            if (r == c) {
+                // A pivot this small beside its own diagonal is rounding: the unknowns before it explain all.
+                if (!(sum > 1e-12 * A[r][r]) || !(sum > 0)) return false;
+                d[r] = sum;
+                L[r][r] = 1;
+            } else {
+                L[r][c] = sum / d[c];
+            }
+        }
+    }
+    for (int r = 0; r < 6; ++r) {
+        y[r] = -b[r];
+        for (int k = 0; k < r; ++k) y[r] -= L[r][k] * y[k];
+    }
+    double x[6];
+    for (int r = 5; r >= 0; --r) {
+        x[r] = y[r] / d[r];
+        for (int k = r + 1; k < 6; ++k) x[r] -= L[k][r] * x[k];
+    }
+    for (int i = 0; i < 6; ++i)
+        if (!std::isfinite(x[i])) return false;
+    *xi = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
+    return true;
+}
+
+Spectrum spectrum_of(const NormalEquations& system, double reach_m) {
+    double M[6][6], V[6][6] = {};
+    for (int r = 0; r < 6; ++r) {
+        V[r][r] = 1;
+        for (int c = 0; c < 6; ++c)
+            M[r][c] = system.A[r][c] / ((r < 3 ? 1 : reach_m) * (c < 3 ? 1 : reach_m));
+    }
+    // Cyclic Jacobi; six unknowns settle to rounding in five sweeps, eight are safe.
+    for (int sweep = 0; sweep < 8; ++sweep)
+        for (int p = 0; p < 5; ++p)
+            for (int q = p + 1; q < 6; ++q) {
+                if (M[p][q] == 0) continue;
+                const double theta = (M[q][q] - M[p][p]) / (2 * M[p][q]);
+                const double t = (theta < 0 ? -1 : 1) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
+                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+                for (int k = 0; k < 6; ++k) {
+                    const double a = M[k][p], b = M[k][q];
+                    M[k][p] = c * a - s * b;
+                    M[k][q] = s * a + c * b;
+                }
+                for (int k = 0; k < 6; ++k) {
+                    const double a = M[p][k], b = M[q][k];
+                    M[p][k] = c * a - s * b;
+                    M[q][k] = s * a + c * b;
+                    const double va = V[p][k], vb = V[q][k];
+                    V[p][k] = c * va - s * vb;
+                    V[q][k] = s * va + c * vb;
+                }
+            }
+    int order[6] = {0, 1, 2, 3, 4, 5};
+    for (int i = 0; i < 6; ++i)  // insertion: NaN may be among them
+        for (int k = i; k > 0 && M[order[k]][order[k]] < M[order[k - 1]][order[k - 1]]; --k)
+            std::swap(order[k], order[k - 1]);
+    Spectrum out;
+    for (int i = 0; i < 6; ++i) {
+        out.values[i] = M[order[i]][order[i]];
+        std::copy_n(V[order[i]], 6, out.vectors[i]);
+    }
+    return out;
+}
+
+int drop_free_directions(const Spectrum& spectrum, double least, double reach_m, Twist* xi) {
+    int dropped = 0;
+    for (int i = 0; i < 6; ++i) {
+        if (spectrum.values[i] >= least) continue;
+        ++dropped;
+        double along = 0;
+        for (int k = 0; k < 3; ++k)
+            along += spectrum.vectors[i][k] * xi->v[k] + spectrum.vectors[i][3 + k] * reach_m * xi->w[k];
+        for (int k = 0; k < 3; ++k) {
+            xi->v[k] -= along * spectrum.vectors[i][k];
+            xi->w[k] -= along * spectrum.vectors[i][3 + k] / reach_m;
+        }
+    }
+    return dropped;
+}
+
+}  // namespace burin

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "track/sdf_tracker.h"
+
+#include <limits>
+
+#include "map/sample_batch.h"
+#include "track/residuals.h"
+
+namespace burin {
+
+struct SdfTracker::Item : ResidualItem {};
+
+void SdfTracker::place(Arena& arena) { items_ = arena.allocate<Item>(kMostItems, 64); }
+
+Measured SdfTracker::measure(const Se3& T_world_camera, int level, double scale) {
+    const TrackLevel& points = points_->level(level);
+    const int items = (points.count + kPointsPerItem - 1) / kPointsPerItem;
+    const LatticeFrame frame(*volume_, T_world_camera);
+    float R[9];
+    for (int i = 0; i < 9; ++i) R[i] = static_cast<float>(T_world_camera.R.m[i]);
+    simd::TrackRobust robust;
+    robust.inverse_scale = static_cast<float>(1 / scale);
+    robust.threshold = kHuber;
+    robust.tukey = false;
+    // The field says "at least the truncation" from there on, and its gradient vanishes.
+    robust.limit_m = 0.97f * volume_->shape().truncation_m;
+    jobs_->run(items, [&](int item, int) {
+        ResidualItem& out = items_[item];
+        out.clear();
+        BatchSampler sampler(*volume_);
+        alignas(64) float distance[simd::kSampleBatch], gradient[3][simd::kSampleBatch],
+            normalised[simd::kSampleBatch];
+        float* gradients[3] = {gradient[0], gradient[1], gradient[2]};
+        const int end = std::min(points.count, (item + 1) * kPointsPerItem);
+        for (int first = item * kPointsPerItem; first < end; first += simd::kSampleBatch) {
+            const int count = std::min(simd::kSampleBatch, end - first);
+            const float *x = points.x + first, *y = points.y + first, *z = points.z + first;
+            sampler.sample(frame, x, y, z, static_cast<std::size_t>(count), distance, gradients);
+            std::fill(distance + count, distance + simd::kSampleBatch,
+                      std::numeric_limits<float>::quiet_NaN());
+            simd::track_sums({x, y, z, points.inverse_sigma + first, distance, gradients}, count, R, robust,
+                             out.sums, normalised);
+            for (int i = 0; i < count; ++i) out.bins.add(normalised[i]);
+        }
+    });
+    return measured_of(items_, items, points.count, scale);
+}
+
+}  // namespace burin

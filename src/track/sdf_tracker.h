@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Tracking directly on the signed distance field (Bylow, Sturm, Kerl, Kahl, Cremers, RSS 2013): the pose
+// whose points have the least distance, argmin sum w D(R x + t)^2 with D and its gradient trilinear from the
+// chunks. No raycast, no correspondence.
+#pragma once
+
+#include <cstdint>
+
+#include "core/arena.h"
+#include "core/jobs.h"
+#include "map/volume.h"
+#include "track/descent.h"
+#include "track/track_points.h"
+
+namespace burin {
+
+class SdfTracker final : public PoseMeasurement {
+  public:
+    void place(Arena& arena);
+    // What the next measures are of; all three must outlive them.
+    void look_at(const Volume& volume, const TrackPoints& points, Jobs& jobs) {
+        volume_ = &volume;
+        points_ = &points;
+        jobs_ = &jobs;
+    }
+    Measured measure(const Se3& T_world_camera, int level, double scale) override;
+
+  private:
+    const Volume* volume_ = nullptr;
+    const TrackPoints* points_ = nullptr;
+    Jobs* jobs_ = nullptr;
+    struct Item;
+    Item* items_ = nullptr;
+};
+
+}  // namespace burin
