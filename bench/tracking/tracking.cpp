@@ -21,6 +21,7 @@ namespace {
 struct Options {
     std::vector<std::string> datasets;
     burin_config config = burin_config_default();
+    TrackingOptions tracking;
     int first = 0, last = 1 << 30, threads = 2;
     std::string weight = "inverse-z2", drop = "linear", trajectory;
     bool verbose = false, given = false;
@@ -36,6 +37,7 @@ int run_one(const Options& o, const std::string& folder) {
     const auto dataset = open_dataset(folder, "");
     if (!dataset.ok()) return std::fprintf(stderr, "%s\n", dataset.status().text()), 1;
     FusionOptions options = options_of(o.config);
+    options.tracking = o.tracking;
     options.tracking.tracker = Tracker::sdf;
     options.budget_bytes = std::uint64_t{2} << 30;
     std::uint64_t bytes = 0;
@@ -69,8 +71,9 @@ int run_one(const Options& o, const std::string& folder) {
         fuse_ms.push_back(r.fusion.integrate_ms);
         evaluations.push_back(r.tracking.evaluations);
         if (o.verbose)
-            std::printf("%4d evals %2d inliers %.3f cost %.4f scale %.3f error %.1f mm\n", frames.index(),
-                        r.tracking.evaluations, r.tracking.inlier_share, r.tracking.cost, r.tracking.scale,
+            std::printf("%4d evals %2d inliers %.3f cost %.4f scale %.3f colour %.2f error %.1f mm\n",
+                        frames.index(), r.tracking.evaluations, r.tracking.inlier_share, r.tracking.cost,
+                        r.tracking.scale, r.tracking.colour_share,
                         1e3 * norm(r.tracking.T_world_camera.t - frame.T_world_camera.t));
     }
     std::free(memory);
@@ -111,6 +114,8 @@ int main(int argc, char** argv) {
     app.add_option("--bilateral", o.config.bilateral);
     app.add_option("--carve", o.config.carve);
     app.add_option("--trajectory", o.trajectory);
+    app.add_option("--colour", o.tracking.colour);
+    app.add_option("--colour-weight", o.tracking.colour_weight);
     app.add_flag("--verbose", o.verbose);
     o.config.truncation_voxels = 8;
     o.config.edge_removal = 1;

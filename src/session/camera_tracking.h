@@ -8,6 +8,9 @@
 #include "depth/depth_image.h"
 #include "map/volume.h"
 #include "track/descent.h"
+#include "track/grey_image.h"
+#include "track/joint.h"
+#include "track/photometric.h"
 #include "track/sdf_tracker.h"
 #include "track/track_points.h"
 
@@ -18,6 +21,8 @@ enum class TrackingState : std::uint8_t { tracking, weak, lost };
 
 struct TrackingOptions {
     Tracker tracker = Tracker::none;
+    bool colour = true;  // also the brightness against a keyframe, where frames have colour
+    double colour_weight = 0.1;
 };
 
 struct TrackingReport {
@@ -25,13 +30,14 @@ struct TrackingReport {
     Se3 T_world_camera;
     int evaluations = 0;
     double inlier_share = 0, cost = 0, scale = 0;
+    double colour_share = 0;
     double track_ms = 0;
 };
 
 class CameraTracking {
   public:
     void place(Arena& arena, const TrackingOptions& options, const DepthOptions& depth);
-    void clear() { frames_ = 0; }
+    void clear();
 
     // The first frame's pose is the one that the frame comes with.
     TrackingReport track(const Volume& volume, const DepthImage& depth, const FrameView& frame, Jobs& jobs);
@@ -40,6 +46,9 @@ class CameraTracking {
     TrackingOptions options_;
     TrackPoints points_;
     SdfTracker sdf_;
+    GreyImage grey_;
+    PointBrightness brightness_;
+    Photometric photometric_;
     int frames_ = 0;
     std::int64_t last_t_ns_ = 0;
     Se3 last_, before_;

@@ -14,6 +14,17 @@ double largest(const double (&v)[3]) { return std::max({std::fabs(v[0]), std::fa
 
 }  // namespace
 
+double scale_of(double median) { return std::clamp(1.4826 * median, kLeastScale, kMostScale); }
+
+Measured PoseMeasurement::begin_with_scale(const Se3& T_world_camera, int level) {
+    const Measured first = measure(T_world_camera, level);
+    const double own = scale_of(first.median);
+    // The weights hardly change with a tenth of the scale.
+    if (std::fabs(own - scale_) <= 0.1 * scale_) return first;
+    scale_ = own;
+    return measure(T_world_camera, level);
+}
+
 double cost_at(const Measured& m) {
     if (m.considered == 0) return kMissCost;
     return (m.system.cost + kMissCost * (m.considered - m.system.points)) / m.considered;
@@ -23,25 +34,15 @@ PoseFit descend(PoseMeasurement& measurement, const Se3& start, const MotionPrio
                 const DescentOptions& options) {
     PoseFit out;
     out.T_world_camera = start;
-    double scale = 1;
     const auto with_prior = [&](const Measured& m, const Se3& T) {
         Measured sum = m;
         if (prior.sigma_m > 0)
             sum.system.add_prior(motion_between(T, prior.T_world_camera), prior.sigma_m, prior.sigma_rad);
         return sum;
     };
-    const auto measure = [&](const Se3& T, int level) {
-        ++out.evaluations;
-        return measurement.measure(T, level, scale);
-    };
     for (int level = TrackPoints::kLevels - 1; level >= options.finest; --level) {
-        Measured here = measure(out.T_world_camera, level);
-        // The scale is the level's own, from where it starts, and stays while its steps are compared.
-        const double own = std::clamp(scale_of(here.median), kLeastScale, kMostScale);
-        if (std::fabs(own - scale) > 0.1 * scale) {
-            scale = own;
-            here = measure(out.T_world_camera, level);
-        }
+        Measured here = measurement.begin_level(out.T_world_camera, level);
+        ++out.evaluations;
         double damping = 1e-4;  // all but Gauss-Newton while steps succeed
         out.converged = false;
         for (int step = 0; step < options.steps[level]; ++step) {
@@ -50,7 +51,8 @@ PoseFit descend(PoseMeasurement& measurement, const Se3& start, const MotionPrio
             if (!pulled.system.solve(damping, &xi)) break;
             const bool small = largest(xi.v) < options.least_m && largest(xi.w) < options.least_rad;
             const Se3 T = moved(out.T_world_camera, xi);
-            const Measured there = measure(T, level);
+            const Measured there = measurement.measure(T, level);
+            ++out.evaluations;
             if (cost_at(with_prior(there, T)) <= cost_at(pulled)) {
                 out.T_world_camera = T;
                 here = there;

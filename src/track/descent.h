@@ -19,11 +19,20 @@ struct Measured {
 
 class PoseMeasurement {
   public:
+    // Chooses what stays fixed while poses of one level are compared: above all the robust scale, from the
+    // residuals at T. Returns the measurement at T.
+    virtual Measured begin_level(const Se3& T_world_camera, int level) = 0;
     // T_world_camera need not be near the last one. Results do not depend on threads.
-    virtual Measured measure(const Se3& T_world_camera, int level, double scale) = 0;
+    virtual Measured measure(const Se3& T_world_camera, int level) = 0;
+    // Robust standard deviation of residuals at the level begun, in standard deviations of a reading.
+    double scale() const { return scale_; }
 
   protected:
     ~PoseMeasurement() = default;
+    // begin_level for measurements with nothing but a scale to choose.
+    Measured begin_with_scale(const Se3& T_world_camera, int level);
+
+    double scale_ = 1;
 };
 
 struct MotionPriorTerm {  // a normal distribution around a predicted pose
@@ -43,7 +52,7 @@ struct PoseFit {
     NormalEquations system;  // at the pose, of the finest level, without the prior
     double cost = 0;         // a point of the finest level; points that the model lacks cost kMissCost
     double scale = 0;        // robust standard deviation of residuals, in standard deviations of a reading
-    int considered = 0;
+    double considered = 0;
     int evaluations = 0;
     bool converged = false;  // the last step was below least_*
 };
@@ -52,8 +61,8 @@ struct PoseFit {
 // that losing points never pays, and finding bad ones does not either.
 inline constexpr double kMissCost = 1.7855;  // k (2 - k / 2)
 
-// Robust scale from the median absolute residual of a normal distribution.
-inline double scale_of(double median) { return 1.4826 * median; }
+// Robust scale from the median absolute residual of a normal distribution, kept within reason.
+double scale_of(double median);
 
 // Cost a point at one pose and scale, prior included.
 double cost_at(const Measured& measured);

@@ -35,6 +35,16 @@ void NormalEquations::finish(double inverse_scale) {
     }
 }
 
+void NormalEquations::scale_by(double weight) {
+    for (int r = 0; r < 6; ++r) {
+        for (int c = 0; c < 6; ++c) A[r][c] *= weight;
+        b[r] *= weight;
+    }
+    cost *= weight;
+    points *= weight;
+    inliers *= weight;
+}
+
 NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
     for (int r = 0; r < 6; ++r) {
         for (int c = 0; c < 6; ++c) A[r][c] += other.A[r][c];

@@ -20,6 +20,7 @@ struct NormalEquations {
     void add(const simd::TrackSums& sums);
     // inverse_scale as given to track_sums. Mirrors the triangle.
     void finish(double inverse_scale);
+    void scale_by(double weight);  // every sum
     NormalEquations& operator+=(const NormalEquations& other);
     // A quadratic pull towards the motion `to` with the given standard deviations (metres, radians).
     void add_prior(const Twist& to, double sigma_m, double sigma_rad);

@@ -12,14 +12,14 @@ struct SdfTracker::Item : ResidualItem {};
 
 void SdfTracker::place(Arena& arena) { items_ = arena.allocate<Item>(kMostItems, 64); }
 
-Measured SdfTracker::measure(const Se3& T_world_camera, int level, double scale) {
+Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
     const TrackLevel& points = points_->level(level);
     const int items = (points.count + kPointsPerItem - 1) / kPointsPerItem;
     const LatticeFrame frame(*volume_, T_world_camera);
     float R[9];
     for (int i = 0; i < 9; ++i) R[i] = static_cast<float>(T_world_camera.R.m[i]);
     simd::TrackRobust robust;
-    robust.inverse_scale = static_cast<float>(1 / scale);
+    robust.inverse_scale = static_cast<float>(1 / scale_);
     robust.threshold = kHuber;
     robust.tukey = false;
     // The field says "at least the truncation" from there on, and its gradient vanishes.
@@ -43,7 +43,7 @@ Measured SdfTracker::measure(const Se3& T_world_camera, int level, double scale)
             for (int i = 0; i < count; ++i) out.bins.add(normalised[i]);
         }
     });
-    return measured_of(items_, items, points.count, scale);
+    return measured_of(items_, items, points.count, scale_);
 }
 
 }  // namespace burin

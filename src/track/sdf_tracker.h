@@ -23,7 +23,10 @@ class SdfTracker final : public PoseMeasurement {
         points_ = &points;
         jobs_ = &jobs;
     }
-    Measured measure(const Se3& T_world_camera, int level, double scale) override;
+    Measured begin_level(const Se3& T_world_camera, int level) override {
+        return begin_with_scale(T_world_camera, level);
+    }
+    Measured measure(const Se3& T_world_camera, int level) override;
 
   private:
     const Volume* volume_ = nullptr;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#include "track/joint.h"
+
+namespace burin {
+
+Measured JointMeasurement::sum() const {
+    Measured all = last_geometry_;
+    NormalEquations colour = last_colour_.system;
+    colour.scale_by(weight_);
+    all.system += colour;
+    all.considered += weight_ * last_colour_.considered;
+    return all;
+}
+
+Measured JointMeasurement::begin_level(const Se3& T_world_camera, int level) {
+    last_geometry_ = geometry_.begin_level(T_world_camera, level);
+    last_colour_ = colour_.begin_level(T_world_camera, level);
+    scale_ = geometry_.scale();
+    return sum();
+}
+
+Measured JointMeasurement::measure(const Se3& T_world_camera, int level) {
+    last_geometry_ = geometry_.measure(T_world_camera, level);
+    last_colour_ = colour_.measure(T_world_camera, level);
+    return sum();
+}
+
+}  // namespace burin
