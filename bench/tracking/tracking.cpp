@@ -105,6 +105,8 @@ int main(int argc, char** argv) {
     app.add_option("--threads", o.threads);
     app.add_option("--voxel", o.config.voxel_m);
     app.add_option("--truncation", o.config.truncation_voxels);
+    app.add_option("--quadratic", o.config.truncation);
+    app.add_option("--truncation-scale", o.config.truncation_scale);
     app.add_option("--max-depth", o.config.max_depth_m);
     app.add_option("--max-weight", o.config.max_weight);
     app.add_option("--weight", o.weight);
@@ -116,6 +118,12 @@ int main(int argc, char** argv) {
     app.add_option("--trajectory", o.trajectory);
     app.add_option("--colour", o.tracking.colour);
     app.add_option("--colour-weight", o.tracking.colour_weight);
+    app.add_option("--prior-m", o.tracking.prior_m);
+    app.add_option("--prior-rad", o.tracking.prior_rad);
+    app.add_option("--steps0", o.tracking.descent.steps[0]);
+    app.add_option("--steps1", o.tracking.descent.steps[1]);
+    app.add_option("--steps2", o.tracking.descent.steps[2]);
+    app.add_option("--retry", o.tracking.descent.retry);
     app.add_flag("--verbose", o.verbose);
     o.config.truncation_voxels = 8;
     o.config.edge_removal = 1;

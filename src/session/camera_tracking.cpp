@@ -41,7 +41,8 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     const Se3 moving = orthonormal(last_ * (before_.inverse() * last_));
     const double still_cost = cost_at(measurement.begin_level(last_, TrackPoints::kLevels - 1));
     const double moving_cost = cost_at(measurement.measure(moving, TrackPoints::kLevels - 1));
-    const PoseFit found = descend(measurement, moving_cost < still_cost ? moving : last_, {}, {});
+    const PoseFit found = descend(measurement, moving_cost < still_cost ? moving : last_,
+                                 {moving, options_.prior_m, options_.prior_rad}, options_.descent);
     report.T_world_camera = found.T_world_camera;
     report.evaluations = found.evaluations + 2;
     report.inlier_share = found.system.points > 0 ? found.system.inliers / found.system.points : 0;

@@ -22,7 +22,9 @@ enum class TrackingState : std::uint8_t { tracking, weak, lost };
 struct TrackingOptions {
     Tracker tracker = Tracker::none;
     bool colour = true;  // also the brightness against a keyframe, where frames have colour
-    double colour_weight = 0.1;
+    double colour_weight = 1;
+    DescentOptions descent;
+    double prior_m = 0, prior_rad = 0;
 };
 
 struct TrackingReport {
