@@ -46,19 +46,21 @@ void average(double* variance, double reading, double least_sigma) {
 }  // namespace
 
 void MotionPrior::clear() {
-    has_last_ = has_previous_ = has_predicted_ = has_bias_ = false;
+    has_last_ = has_previous_ = has_predicted_ = false;
     integral_.clear();
     gravity_.clear();
-    gyro_bias_rad_s_ = {};
-    gyro_bias_variance_ = square(noise_.gyro_bias_rad_s);
+    bias_ = {};
+    bias_.P_bb = square(noise_.gyro_bias_rad_s);
     accel_variance_ = square(kLeastAccel);
     angular_variance_ = square(kLeastAngularAccel);
     gyro_variance_ = square(kRotationNoiseRad);
+    forget_pose_error();
 }
 
 void MotionPrior::forget_motion() {
     has_last_ = has_previous_ = has_predicted_ = false;
     gravity_.break_chain();
+    forget_pose_error();
 }
 
 MotionPrior::Motion MotionPrior::motion_to(double gap_s) const {
@@ -86,12 +88,14 @@ Prediction MotionPrior::predict(std::int64_t t_ns, const ImuSample* imu, int cou
         const Mat3d R_previous_last = P.R.transposed() * T.R;
         const Mat3d R = rotation_from_vector(rotation_vector(R_previous_last) * motion.scale);
         out.constant_velocity = normalised(Se3{T.R * R, T.t + (T.t - P.t) * motion.scale});
-        // Accelerations as they were seen, with the noise of the poses in them; no worse than two speeds at
-        // odds, no better than the noise of two poses stretched along.
-        const double noise = 1 + 2 * motion.scale * (1 + motion.scale), f = square(reach(gap, motion.span_s));
+        // Accelerations as they were seen, with the noise of the poses in them, then any speed; no better
+        // than the noise of two poses stretched along.
+        const double noise = 1 + 2 * motion.scale * (1 + motion.scale);
+        const double f = reach(std::min(gap, kMaxAheadS), motion.span_s);
+        const double beyond = std::max(gap - kMaxAheadS, 0.0);
         rotation2 =
-            std::max(rotation2 * noise, std::min(angular_variance_ * f, 2 * square(kTurn_rad_s * gap)));
-        position2 = std::max(position2 * noise, std::min(accel_variance_ * f, 2 * square(kSpeed_m_s * gap)));
+            std::max(rotation2 * noise, square(std::sqrt(angular_variance_) * f + kTurn_rad_s * beyond));
+        position2 = std::max(position2 * noise, square(std::sqrt(accel_variance_) * f + kSpeed_m_s * beyond));
     } else {
         rotation2 += square(kTurn_rad_s * gap);
         position2 += square(kSpeed_m_s * gap);
@@ -101,8 +105,7 @@ Prediction MotionPrior::predict(std::int64_t t_ns, const ImuSample* imu, int cou
         const Mat3d& R_ci = T_camera_imu.R;
         out.has_gyro = true;
         out.gyro.R = normalised(Se3{T.R * (R_ci * rotation_of(integral_.turn()) * R_ci.transposed()), {}}).R;
-        rotation2 =
-            gyro_variance_ + gyro_bias_variance_ * square(gap) + square(noise_.gyro_rad_s_sqrt_hz) * gap;
+        rotation2 = gyro_variance_ + bias_.P_bb * square(gap) + square(noise_.gyro_rad_s_sqrt_hz) * gap;
     }
     out.rotation_sigma_rad = std::sqrt(rotation2);
     out.translation_sigma_m = std::sqrt(position2);
@@ -119,7 +122,6 @@ void MotionPrior::observe(std::int64_t t_ns, const Se3& T_world_camera) {
         return;
     }
     if (has_last_ && t_ns < last_.t_ns) forget_motion();
-    has_previous_ = false;
     if (has_last_) {
         learn_spread(t_ns, now.T_world_camera);
         const double gap = seconds_between(last_.t_ns, t_ns);
@@ -130,30 +132,43 @@ void MotionPrior::observe(std::int64_t t_ns, const Se3& T_world_camera) {
             learn_bias(gap, T_world_imu0.R.transposed() * T_world_imu1.R);
         } else {
             gravity_.break_chain();
+            forget_pose_error();
         }
         previous_ = last_;
         has_previous_ = gap <= kMaxSpanS;
     }
     last_ = now;
     has_last_ = true;
-    integral_.begin(t_ns, gyro_bias_rad_s_);
+    integral_.begin(t_ns, bias_.rad_s);
 }
 
-// A Kalman filter of three independent axes. Readings still biased by b turn R_imu too far by b over the gap;
-// the rotation of the IMU between is so small that the axes at either end are the same for this.
+// A Kalman filter of (bias b, error e of the last pose about that axis), the same for three axes: the
+// readings turn too far by b gap + e_last - e_now + noise. Without e in the state, what one frame lends the
+// next would pass for independent noise, and the filter would learn 30 times slower. The IMU turns so little
+// between two frames that the axes at either end are the same for this.
 void MotionPrior::learn_bias(double gap_s, const Mat3d& R_last_now_imu) {
-    if (!(gap_s <= kMaxSpanS)) return;
-    gyro_bias_variance_ +=
-        (square(kBiasWarmUp_rad_s2_sqrt_hz) + square(noise_.gyro_walk_rad_s2_sqrt_hz)) * gap_s;
+    if (!(gap_s <= kMaxSpanS)) return forget_pose_error();
+    Bias& k = bias_;
+    const double pose = std::max(square(kRotationNoiseRad), gyro_variance_ / 2);
+    k.P_bb += (square(kBiasWarmUp_rad_s2_sqrt_hz) + square(noise_.gyro_walk_rad_s2_sqrt_hz)) * gap_s;
     const Vec3d off =
-        rotation_vector(R_last_now_imu.transposed() * rotation_of(integral_.turn())) * (1 / gap_s);
-    const double variance = 2 * square(kRotationNoiseRad / gap_s) + square(noise_.gyro_rad_s_sqrt_hz) / gap_s;
-    const double sum = gyro_bias_variance_ + variance;
-    if (dot(off, off) > 3 * square(kBiasGate) * sum) return;
-    const double gain = gyro_bias_variance_ / sum;
-    gyro_bias_rad_s_ = gyro_bias_rad_s_ + off * gain;
-    gyro_bias_variance_ *= 1 - gain;
-    has_bias_ = true;
+        rotation_vector(R_last_now_imu.transposed() * rotation_of(integral_.turn())) - k.error_rad;
+    const double S = square(gap_s) * k.P_bb + 2 * gap_s * k.P_be + k.P_ee + pose +
+                     square(noise_.gyro_rad_s_sqrt_hz) * gap_s;
+    if (dot(off, off) > 3 * square(kBiasGate) * S) return forget_pose_error();
+    const double gain = (gap_s * k.P_bb + k.P_be) / S;
+    k.rad_s = k.rad_s + off * gain;
+    k.error_rad = off * (-pose / S);
+    k.P_bb -= square(gain) * S;
+    k.P_be = gain * pose;
+    k.P_ee = pose - square(pose) / S;
+    k.known = true;
+}
+
+void MotionPrior::forget_pose_error() {
+    bias_.error_rad = {};
+    bias_.P_be = 0;
+    bias_.P_ee = std::max(square(kRotationNoiseRad), gyro_variance_ / 2);
 }
 
 void MotionPrior::learn_spread(std::int64_t t_ns, const Se3& T_world_camera) {
@@ -173,9 +188,9 @@ void MotionPrior::learn_spread(std::int64_t t_ns, const Se3& T_world_camera) {
 }
 
 bool MotionPrior::gyro_bias(Vec3d* bias_rad_s, double* sigma_rad_s) const {
-    if (!has_bias_) return false;
-    *bias_rad_s = gyro_bias_rad_s_;
-    *sigma_rad_s = std::sqrt(gyro_bias_variance_);
+    if (!bias_.known) return false;
+    *bias_rad_s = bias_.rad_s;
+    *sigma_rad_s = std::sqrt(bias_.P_bb);
     return true;
 }
 

@@ -3,7 +3,7 @@
 // gyroscope's bias and the direction of gravity are learnt on the way from the tracked poses.
 //
 // For each frame: predict() once with the frame's samples, track, and when that went well observe(). A frame
-// that was not tracked is simply not observed; its samples are remembered. Some 2 KiB, no allocation, no libm
+// that was not tracked is simply not observed; its samples are remembered. Under 3 KiB, no allocation, no libm
 // but sqrt.
 #pragma once
 
@@ -63,6 +63,7 @@ class MotionPrior {
     // How far constant velocity goes astray for one m/s^2 or rad/s^2 of acceleration.
     static double reach(double gap_s, double span_s) { return 0.5 * gap_s * (gap_s + span_s); }
     void learn_bias(double gap_s, const Mat3d& R_last_now_imu);
+    void forget_pose_error();
     void learn_spread(std::int64_t t_ns, const Se3& T_world_camera);
 
     ImuNoise noise_;
@@ -71,9 +72,11 @@ class MotionPrior {
     ImuIntegral integral_;
     Se3 T_camera_imu_;
     GravityFilter gravity_;
-    Vec3d gyro_bias_rad_s_;
-    double gyro_bias_variance_ = 0;
-    bool has_bias_ = false;
+    struct Bias {  // of the gyroscope, see learn_bias
+        bool known = false;
+        Vec3d rad_s, error_rad;
+        double P_bb = 0, P_be = 0, P_ee = 0;
+    } bias_;
     // What the last prediction said, to learn from how far it was off.
     bool has_predicted_ = false;
     std::int64_t predicted_ns_ = 0;
