@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/time.h"
+
 namespace burin {
 namespace {
 

@@ -10,13 +10,6 @@
 
 namespace burin {
 
-// Wraps instead of overflowing: stamps may come from anywhere.
-inline double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
-    return static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(to_ns) -
-                                                         static_cast<std::uint64_t>(from_ns))) *
-           1e-9;
-}
-
 class ImuIntegral {
   public:
     void clear() { *this = {}; }

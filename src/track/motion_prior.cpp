@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/time.h"
+
 namespace burin {
 namespace {
 

@@ -3,8 +3,8 @@
 // gyroscope's bias and the direction of gravity are learnt on the way from the tracked poses.
 //
 // For each frame: predict() once with the frame's samples, track, and when that went well observe(). A frame
-// that was not tracked is simply not observed; its samples are remembered. Under 3 KiB, no allocation, no libm
-// but sqrt.
+// that was not tracked is simply not observed; its samples are remembered. Under 3 KiB, no allocation, no
+// libm but sqrt.
 #pragma once
 
 #include <cstdint>

@@ -106,6 +106,8 @@ TEST(SynthImu, AtRestItReadsGravityUpwards) {
     }
     EXPECT_FALSE(synth_imu({{0, T}}, 9, false, 1).ok());
     EXPECT_FALSE(synth_imu({{0, T}}, 8001, false, 1).ok());
+    constexpr std::int64_t kEver = 9'000'000'000'000'000'000;
+    EXPECT_FALSE(synth_imu({{-kEver, T}, {kEver, T}}, 100, false, 1).ok()) << "570 years";
 }
 
 // White noise and walk have the densities that are stated, and depend on the seed alone.

@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/time.h"
+
 namespace burin {
 namespace {
 
 constexpr int kChannels = 7;
 constexpr double kMostTurnRad = 2;
-
-double seconds(std::int64_t from_ns, std::int64_t to_ns) {
-    return static_cast<double>(to_ns - from_ns) * 1e-9;
-}
 
 }  // namespace
 
@@ -48,8 +46,8 @@ Result<SmoothPath> SmoothPath::through(const Trajectory& trajectory) {
     path.second_.assign(n, Channels{});
     std::vector<double> above(n, 0.0);
     for (std::size_t i = 1; i + 1 < n; ++i) {
-        const double h0 = seconds(path.t_ns_[i - 1], path.t_ns_[i]);
-        const double h1 = seconds(path.t_ns_[i], path.t_ns_[i + 1]);
+        const double h0 = seconds_between(path.t_ns_[i - 1], path.t_ns_[i]);
+        const double h1 = seconds_between(path.t_ns_[i], path.t_ns_[i + 1]);
         const double pivot = 2 * (h0 + h1) - h0 * above[i - 1];
         above[i] = h1 / pivot;
         for (int c = 0; c < kChannels; ++c) {
@@ -70,8 +68,8 @@ SmoothPath::State SmoothPath::at(std::int64_t t_ns) const {
     if (value_.size() > 1) {
         const auto after = std::upper_bound(t_ns_.begin() + 1, t_ns_.end() - 1, t_ns);
         const auto i = static_cast<std::size_t>(after - t_ns_.begin()) - 1;
-        const double h = seconds(t_ns_[i], t_ns_[i + 1]);
-        const double whole = seconds(t_ns_[i], t_ns), x = std::clamp(whole, 0.0, h), y = h - x;
+        const double h = seconds_between(t_ns_[i], t_ns_[i + 1]);
+        const double whole = seconds_between(t_ns_[i], t_ns), x = std::clamp(whole, 0.0, h), y = h - x;
         for (std::size_t k = 0; k < kChannels; ++k) {
             const double a = value_[i][k], b = value_[i + 1][k], m0 = second_[i][k], m1 = second_[i + 1][k];
             v[k] = (m0 * y * y * y + m1 * x * x * x) / (6 * h) + (a / h - m0 * h / 6) * y +

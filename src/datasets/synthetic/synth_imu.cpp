@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/time.h"
 #include "datasets/imu_file.h"
 #include "datasets/synthetic/portable_math.h"
 
@@ -14,6 +15,8 @@ using synthetic::hash_bits;
 using synthetic::normal_pair;
 
 constexpr int kLeastRate = 10, kMostRate = 8000;  // slower tells nothing between frames; no part is faster
+
+constexpr double kMostSamples = 5e6;  // what imu.txt may hold: an hour at 1 kHz is 3.6 million
 
 enum Stream : std::uint64_t { kStart = 1, kNoise };
 
@@ -62,6 +65,9 @@ Result<SynthImu> synth_imu(const Trajectory& trajectory, int rate_hz, bool noise
     const ImuNoise figures;
     const std::uint64_t key = hash_bits(seed, 0x1A4);
     const std::int64_t begin_ns = trajectory.front().t_ns, end_ns = trajectory.back().t_ns;
+    if (const double span = seconds_between(begin_ns, end_ns); span * rate_hz > kMostSamples)
+        return Status::error(Code::invalid_argument, "IMU: %.0f s at %d Hz, expected at most %.0f samples",
+                             span, rate_hz, kMostSamples);
     const double white = std::sqrt(static_cast<double>(rate_hz)), walk = 1 / white;
     SynthImu imu;
     ImuSample bias;
@@ -69,8 +75,7 @@ Result<SynthImu> synth_imu(const Trajectory& trajectory, int rate_hz, bool noise
         channel(&bias, c) = (c < 3 ? figures.gyro_bias_rad_s : figures.accel_bias_m_s2) *
                             normal_pair(hash_bits(key, kStart, static_cast<std::uint64_t>(c))).a;
     for (std::int64_t i = 0;; ++i) {
-        // Whole and rest apart: i * 10^9 would not hold a day at 8 kHz.
-        bias.t_ns = begin_ns + i / rate_hz * 1'000'000'000 + i % rate_hz * 1'000'000'000 / rate_hz;
+        bias.t_ns = begin_ns + i * 1'000'000'000 / rate_hz;
         ImuSample sample = reading(*path, T_camera_imu, bias.t_ns);
         imu.biases.push_back(bias);
         for (int c = 0; noise && c < 6; ++c) {

@@ -23,7 +23,7 @@ struct SynthImu {
 
 // `rate_hz` samples a second from the first pose's stamp to the first at or after the last pose's. Gravity of
 // 9.81 m/s^2 along -z of the world. With noise: the defaults of ImuNoise; numbers depend on (seed, sample)
-// only. Errors: those of SmoothPath, a rate outside 10..8000.
+// only. Errors: those of SmoothPath, a rate outside 10..8000, more than 5 million samples.
 Result<SynthImu> synth_imu(const Trajectory& trajectory, int rate_hz, bool noise, std::uint64_t seed);
 
 // imu.txt and truth/imu_bias.txt with their headers.
