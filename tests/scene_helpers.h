@@ -144,6 +144,9 @@ inline FrameView view_of(const Frame& f) {
     v.colour_camera = f.colour_camera;
     v.T_colour_depth = f.T_colour_depth;
     v.T_world_camera = f.T_world_camera;
+    v.imu = f.imu.data();
+    v.imu_count = static_cast<int>(f.imu.size());
+    v.T_camera_imu = f.T_camera_imu;
     return v;
 }
 

@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "core/camera.h"
 #include "core/image.h"
+#include "core/imu.h"
 #include "core/se3.h"
 
 namespace burin {
@@ -29,6 +31,9 @@ struct FrameView {
     Camera colour_camera;
     Se3 T_colour_depth;
     Se3 T_world_camera;
+    const ImuSample* imu = nullptr;  // as Frame::imu
+    int imu_count = 0;
+    Se3 T_camera_imu;
 };
 
 struct Frame {
@@ -49,6 +54,12 @@ struct Frame {
 
     bool has_pose = false;
     Se3 T_world_camera;  // of the depth camera
+
+    // Stamps rise: the samples after the previous frame's stamp, up to and with the first at or after t_ns.
+    // Of the first frame: from the last sample at or before t_ns on. So the samples of two frames overlap by
+    // the one past the first of them, and every stretch between frames is bracketed. Empty without an IMU.
+    std::vector<ImuSample> imu;
+    Se3 T_camera_imu;  // maps IMU coordinates to depth camera coordinates
 };
 
 }  // namespace burin

@@ -16,7 +16,8 @@ struct Options {
     SynthOptions synth;
     std::string noise = "sensor", size = "640x480";
     unsigned threads = std::max(1u, std::thread::hardware_concurrency());
-    bool no_truth_images = false, no_truth_mesh = false, json = false, quiet = false;
+    int imu_rate = 200;
+    bool imu = false, no_truth_images = false, no_truth_mesh = false, json = false, quiet = false;
 };
 
 int run(Options& o) {
@@ -24,6 +25,7 @@ int run(Options& o) {
         return complain(kBadInput, "--size: '" + o.size + "', expected WIDTHxHEIGHT");
     o.synth.noise = o.noise == "none" ? SynthNoise::none : SynthNoise::sensor;
     o.synth.truth_images = !o.no_truth_images;
+    o.synth.imu_rate_hz = o.imu ? o.imu_rate : 0;
     Jobs jobs(static_cast<int>(o.threads));
     std::unique_ptr<SyntheticScene> scene;
     const auto trajectory = synth_trajectory(o.synth);
@@ -79,6 +81,11 @@ void add_synth(CLI::App& app, int* exit) {
         ->capture_default_str();
     command->add_option("--size", o->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
     command->add_option("--trajectory", o->synth.trajectory_file, "fly this TUM trajectory");
+    auto* imu = command->add_flag("--imu", o->imu, "also write the readings of an IMU, imu.txt");
+    command->add_option("--imu-rate", o->imu_rate, "its samples a second")
+        ->needs(imu)
+        ->check(CLI::Range(10, 8000))
+        ->capture_default_str();
     command->add_flag("--no-truth-images", o->no_truth_images,
                       "leave out the true depth, normals, albedo and labels");
     command->add_flag("--no-truth-mesh", o->no_truth_mesh, "leave out truth/mesh.ply");

@@ -10,24 +10,9 @@ Se3 Se3::inverse() const {
     return {Rt, -(Rt * t)};
 }
 
-namespace {
-
-// q of any length but 0.
-Mat3d rotation_of(Quaternion q) {
-    const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-    const double x = q.x / n, y = q.y / n, z = q.z / n, w = q.w / n;
-    return {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
-             2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
-             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
-}
-
-}  // namespace
-
-Se3 orthonormal(const Se3& T) { return {rotation_of(quaternion_of(T.R)), T.t}; }
-
 Se3 moved(const Se3& T, const Twist& xi) {
-    const Mat3d dR = rotation_of({xi.w[0] / 2, xi.w[1] / 2, xi.w[2] / 2, 1});
-    return orthonormal({T.R * dR, T.t + T.R * Vec3d{xi.v[0], xi.v[1], xi.v[2]}});
+    const Mat3d dR = rotation_of(normalised(Quaternion{xi.w[0] / 2, xi.w[1] / 2, xi.w[2] / 2, 1}));
+    return normalised(Se3{T.R * dR, T.t + T.R * Vec3d{xi.v[0], xi.v[1], xi.v[2]}});
 }
 
 Twist motion_between(const Se3& from, const Se3& to) {
@@ -44,7 +29,7 @@ Result<Se3> se3_from_quaternion(Vec3d t, Quaternion q) {
     const double n = std::sqrt(n2);
     if (!(std::fabs(n - 1.0) <= 0.05))
         return Status::error(Code::invalid_argument, "quaternion norm is %g, expected 1", n);
-    return Se3{rotation_of(q), t};
+    return Se3{rotation_of({q.x / n, q.y / n, q.z / n, q.w / n}), t};
 }
 
 Result<Se3> se3_from_matrix(const double* m, int rows, double tolerance) {
@@ -97,5 +82,60 @@ Quaternion quaternion_of(const Mat3d& R) {
     if (q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
     return q;
 }
+
+Mat3d rotation_of(Quaternion unit) {
+    const double x = unit.x, y = unit.y, z = unit.z, w = unit.w;
+    return {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
+             2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
+             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+}
+
+Quaternion operator*(Quaternion a, Quaternion b) {
+    return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
+}
+
+Quaternion normalised(Quaternion q) {
+    const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+    if (!(n > 0 && std::isfinite(n))) return {};
+    return {q.x / n, q.y / n, q.z / n, q.w / n};
+}
+
+Se3 normalised(const Se3& T) { return {rotation_of(normalised(quaternion_of(T.R))), T.t}; }
+
+// The unit quaternion is (axis sin(a/2), cos(a/2)). Three times the square root of a rotation, (v, w + 1)
+// normalised, brings a/2 from at most pi/2 to at most pi/16, where sin is below 0.196 and the series of its
+// inverse converges fast: the first term left out is below 1e-16.
+Vec3d rotation_vector(const Mat3d& R) {
+    Quaternion q = normalised(quaternion_of(R));
+    for (int i = 0; i < 3; ++i) q = normalised(Quaternion{q.x, q.y, q.z, q.w + 1});
+    const Vec3d v{q.x, q.y, q.z};
+    const double s2 = dot(v, v);
+    // asin(s) / s = sum over k of (2k)! / (4^k (k!)^2 (2k + 1)) s^2k.
+    double term = 1, sum = 1;
+    for (int k = 1; k <= 9; ++k) {
+        term *= s2 * (2 * k - 1) / (2 * k);
+        sum += term / (2 * k + 1);
+    }
+    return v * (16 * sum);
+}
+
+Quaternion quaternion_from_vector(Vec3d angle_rad) {
+    Vec3d half = angle_rad * 0.5;
+    int halvings = 0;  // 64 bring all that could be meant within reach; more is normalised to something
+    for (; dot(half, half) > 1 && halvings < 64; ++halvings) half = half * 0.5;
+    // Taylor's series of sin(x) / x and cos(x); at x = 1 the first term left out is below 1e-17.
+    const double x2 = dot(half, half);
+    double sine = 1, cosine = 1;
+    for (int k = 18; k >= 2; k -= 2) {
+        sine = 1 - x2 / (k * (k + 1)) * sine;
+        cosine = 1 - x2 / (k * (k - 1)) * cosine;
+    }
+    Quaternion q = normalised(Quaternion{half.x * sine, half.y * sine, half.z * sine, cosine});
+    for (; halvings > 0; --halvings) q = normalised(q * q);
+    return q;
+}
+
+Mat3d rotation_from_vector(Vec3d angle_rad) { return rotation_of(quaternion_from_vector(angle_rad)); }
 
 }  // namespace burin

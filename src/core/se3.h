@@ -29,6 +29,21 @@ Result<Se3> se3_from_quaternion(Vec3d t, Quaternion q);
 Result<Se3> se3_from_matrix(const double* row_major, int rows, double tolerance = 0.02);
 
 Quaternion quaternion_of(const Mat3d& R);  // w >= 0
+Mat3d rotation_of(Quaternion unit);
+
+Quaternion operator*(Quaternion a, Quaternion b);  // first b, then a, as with matrices
+Quaternion normalised(Quaternion q);               // by the norm; identity when that is 0 or not finite
+
+// The same with its rotation made orthonormal again, through the unit quaternion: the nearest rotation to
+// first order in what was off. For poses that are chained, where rounding would grow.
+Se3 normalised(const Se3& T);
+
+// Exponential and logarithm of rotations: axis times angle, radians. By series and square roots alone, so the
+// bits are the same everywhere. The logarithm is good to 1e-13 over the whole range of 0 to pi (its direction
+// at pi itself is either one), the exponential to 1e-14 a turn. Not finite: no rotation (the identity).
+Vec3d rotation_vector(const Mat3d& R);
+Quaternion quaternion_from_vector(Vec3d angle_rad);
+Mat3d rotation_from_vector(Vec3d angle_rad);
 
 // A small motion in a body's own axes: v (metres), then w (radians).
 struct Twist {
@@ -40,7 +55,5 @@ struct Twist {
 Se3 moved(const Se3& T, const Twist& xi);
 // xi with moved(from, xi) == to, for rotations of less than 180 degrees.
 Twist motion_between(const Se3& from, const Se3& to);
-// The same transform with its rotation brought back to orthonormal: products of products drift off.
-Se3 orthonormal(const Se3& T);
 
 }  // namespace burin

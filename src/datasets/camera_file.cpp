@@ -71,18 +71,24 @@ Status take_camera_key(std::string_view key, double value, const char* where, bo
     return {};
 }
 
-Result<Se3> parse_extrinsic(const std::string_view* words, const char* where) {
+// `KEY tx ty tz qx qy qz qw`, once.
+Status take_extrinsic(const std::string_view* words, int count, const char* where, bool* seen, Se3* T) {
+    const std::string key(words[0]);
+    if (count != 8 || *seen)
+        return Status::error(Code::format, "%s: %s with %d values, expected it once with 7", where,
+                             key.c_str(), count - 1);
     double v[7];
     for (int i = 0; i < 7; ++i)
-        if (!parse_number(words[i], &v[i]))
-            return Status::error(Code::format,
-                                 "%s: '%s' is no number, expected T_colour_depth tx ty tz qx qy qz qw", where,
-                                 printable(words[i]).c_str());
-    Result<Se3> T = se3_from_quaternion({v[0], v[1], v[2]}, {v[3], v[4], v[5], v[6]});
-    if (!T)
-        return Status::error(Code::format, "%s: %s, expected a rigid T_colour_depth", where,
-                             T.status().text());
-    return T;
+        if (!parse_number(words[i + 1], &v[i]))
+            return Status::error(Code::format, "%s: '%s' is no number, expected %s tx ty tz qx qy qz qw",
+                                 where, printable(words[i + 1]).c_str(), key.c_str());
+    const Result<Se3> read = se3_from_quaternion({v[0], v[1], v[2]}, {v[3], v[4], v[5], v[6]});
+    if (!read)
+        return Status::error(Code::format, "%s: %s, expected a rigid %s", where, read.status().text(),
+                             key.c_str());
+    *T = *read;
+    *seen = true;
+    return {};
 }
 
 }  // namespace
@@ -90,7 +96,7 @@ Result<Se3> parse_extrinsic(const std::string_view* words, const char* where) {
 Result<CameraFile> parse_camera_text(std::string_view text, const std::string& name, bool allow_flipped_fy) {
     CameraFile file;
     Said depth, colour;
-    bool has_extrinsic = false;
+    bool has_extrinsic = false, has_imu = false;
     LineReader lines(text);
     std::string_view line;
     while (lines.next_content(&line)) {
@@ -99,15 +105,10 @@ Result<CameraFile> parse_camera_text(std::string_view text, const std::string& n
         std::string_view words[8];
         const int count = split_words(line, words, 8);
         const std::string_view key = words[0];
-        if (key == "T_colour_depth") {
-            if (count != 8 || has_extrinsic)
-                return Status::error(Code::format,
-                                     "%s: T_colour_depth with %d values, expected it once with 7", where,
-                                     count - 1);
-            Result<Se3> T = parse_extrinsic(words + 1, where);
-            if (!T) return T.status();
-            file.T_colour_depth = *T;
-            has_extrinsic = true;
+        if (key == "T_colour_depth" || key == "T_camera_imu") {
+            const bool imu = key == "T_camera_imu";
+            BURIN_TRY(take_extrinsic(words, count, where, imu ? &has_imu : &has_extrinsic,
+                                     imu ? &file.T_camera_imu : &file.T_colour_depth));
             continue;
         }
         double value = 0;
@@ -130,7 +131,7 @@ Result<CameraFile> parse_camera_text(std::string_view text, const std::string& n
             return Status::error(
                 Code::format,
                 "%s: unknown key '%s', expected fx fy cx cy width height depth_scale k1 k2 p1 p2 k3, "
-                "colour_* or T_colour_depth",
+                "colour_*, T_colour_depth or T_camera_imu",
                 where, printable(key).c_str());
     }
     for (int i = 0; i < kNeeded; ++i)

@@ -16,12 +16,14 @@ struct CameraFile {
     Camera colour;           // the same as depth unless the file says otherwise
     double depth_scale = 0;  // metres = value / depth_scale; 0 when the file does not say it
     Se3 T_colour_depth;
+    Se3 T_camera_imu;  // maps IMU coordinates to those of the depth camera
 };
 
 // Burin's camera.txt: `key value` a line, '#' begins a comment. Needed: fx fy cx cy. Optional: width height
 // depth_scale k1 k2 p1 p2 k3 (of depth and colour), each of them but depth_scale again as colour_fx ... for a
-// colour camera of its own, and `T_colour_depth tx ty tz qx qy qz qw`. An unknown or repeated key is an
-// error. `allow_flipped_fy` takes a negative fy (ICL-NUIM's image y axis) and keeps its sign in depth.fy.
+// colour camera of its own, `T_colour_depth tx ty tz qx qy qz qw` and `T_camera_imu` likewise. An unknown or
+// repeated key is an error. `allow_flipped_fy` takes a negative fy (ICL-NUIM's image y axis) and keeps its
+// sign in depth.fy.
 Result<CameraFile> parse_camera_text(std::string_view text, const std::string& name,
                                      bool allow_flipped_fy = false);
 Result<CameraFile> read_camera_text(const std::string& path, bool allow_flipped_fy = false);

@@ -7,6 +7,7 @@
 
 #include "datasets/file.h"
 #include "datasets/image_file.h"
+#include "datasets/imu_file.h"
 
 namespace burin {
 namespace {
@@ -74,6 +75,8 @@ Status FileDataset::load(int index, Frame* out) const {
     Status status;
     try {
         status = load_images(files, out);
+        out->imu = imu_of_frame(list_.imu, index > 0 ? &list_.frames[std::size_t(index - 1)].t_ns : nullptr,
+                                files.t_ns);
     } catch (...) {
         status =
             Status::error(Code::insufficient_memory, "%s: no memory to decode it", files.depth_path.c_str());
@@ -82,6 +85,7 @@ Status FileDataset::load(int index, Frame* out) const {
         clear(&out->depth_u16);
         clear(&out->depth_f32);
         clear(&out->colour);
+        out->imu.clear();
         return status;
     }
     out->t_ns = files.t_ns;
@@ -92,6 +96,7 @@ Status FileDataset::load(int index, Frame* out) const {
     out->T_colour_depth = list_.cameras.T_colour_depth;
     out->has_pose = files.has_pose;
     out->T_world_camera = files.T_world_camera;
+    out->T_camera_imu = list_.cameras.T_camera_imu;
     return {};
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "capture/source.h"
+#include "core/imu.h"
 #include "datasets/camera_file.h"
 
 namespace burin {
@@ -25,8 +26,9 @@ struct FileList {
     const char* format = "";
     std::string folder;  // for messages
     std::vector<FrameFiles> frames;
-    CameraFile cameras;  // sizes left 0 are taken from the first frame; depth_scale must be set
-    std::string notes;   // lines, each ended by '\n'
+    CameraFile cameras;          // sizes left 0 are taken from the first frame; depth_scale must be set
+    std::vector<ImuSample> imu;  // of the whole recording, stamps rising; frames' stamps must rise too
+    std::string notes;           // lines, each ended by '\n'
 };
 
 // Checks that there are frames, that every file named is there, and the cameras. Images are decoded frame by

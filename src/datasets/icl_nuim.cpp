@@ -258,6 +258,7 @@ Result<std::unique_ptr<Dataset>> open_icl_nuim(const std::string& folder) {
                              folder.c_str());
     BURIN_TRY(read_camera(&list));
     BURIN_TRY(read_tum_frames(&list));
+    BURIN_TRY(read_tum_imu(&list));
     BURIN_TRY(read_poses(&list));
     return make_file_dataset(std::move(list));
 }

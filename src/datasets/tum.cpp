@@ -67,6 +67,7 @@ Result<std::unique_ptr<Dataset>> open_tum(const std::string& folder) {
                              folder.c_str());
     BURIN_TRY(read_cameras(&list));
     BURIN_TRY(read_tum_frames(&list));
+    BURIN_TRY(read_tum_imu(&list));
     if (const std::string path = folder + "/groundtruth.txt"; is_file(path)) {
         Result<Trajectory> truth = read_tum_trajectory(path);
         if (!truth) return truth.status();

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "datasets/file.h"
+#include "datasets/imu_file.h"
 #include "datasets/trajectory_file.h"
 
 namespace burin {
@@ -173,6 +174,15 @@ Status read_tum_frames(FileList* list) {
     if (pairs.size() < depth->size())
         list->notes += std::to_string(depth->size() - pairs.size()) + " of " + std::to_string(depth->size()) +
                        " depth images left out: no colour image within 20 ms\n";
+    return {};
+}
+
+Status read_tum_imu(FileList* list) {
+    const std::string path = list->folder + "/imu.txt";
+    if (!is_file(path)) return {};
+    Result<std::vector<ImuSample>> imu = read_imu(path);
+    if (!imu) return imu.status();
+    list->imu = std::move(*imu);
     return {};
 }
 

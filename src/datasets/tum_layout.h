@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The lists of the TUM RGB-D layout, which ICL-NUIM shares: rgb.txt and depth.txt (`t file`),
 // associations.txt
-// (`t file t file`), and poses by time stamp.
+// (`t file t file`), imu.txt, and poses by time stamp.
 #pragma once
 
 #include <cstdint>
@@ -39,6 +39,8 @@ bool has_tum_lists(const std::string& folder);
 // Reads the lists of list->folder into list->frames, without poses. Depth alone (no rgb.txt) is taken as it
 // is.
 Status read_tum_frames(FileList* list);
+// imu.txt of list->folder into list->imu, where there is one. Its extrinsic stands in camera.txt.
+Status read_tum_imu(FileList* list);
 // Gives each frame the pose at its depth stamp, see pose_at.
 void assign_poses(const Trajectory& trajectory, FileList* list);
 

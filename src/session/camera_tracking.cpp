@@ -38,7 +38,7 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     JointMeasurement joint(sdf_, photometric_, options_.colour_weight);
     PoseMeasurement& measurement =
         colour && photometric_.has_keyframe() ? static_cast<PoseMeasurement&>(joint) : sdf_;
-    const Se3 moving = orthonormal(last_ * (before_.inverse() * last_));
+    const Se3 moving = normalised(last_ * (before_.inverse() * last_));
     const double still_cost = cost_at(measurement.begin_level(last_, TrackPoints::kLevels - 1));
     const double moving_cost = cost_at(measurement.measure(moving, TrackPoints::kLevels - 1));
     const PoseFit found = descend(measurement, moving_cost < still_cost ? moving : last_,

@@ -23,6 +23,7 @@ void good_tum(const TempFolder& f) {
     f.text("associations.txt", "1.0 rgb/0.png 1.0 depth/0.png\n2.0 rgb/1.png 2.0 depth/1.png\n");
     f.text("groundtruth.txt", "1.0 0 0 0 0 0 0 1\n2.0 1 0 0 0 0 0 1\n");
     f.text("camera.txt", "fx 5\nfy 5\ncx 3.5\ncy 2.5\nwidth 8\nheight 6\ndepth_scale 5000\n");
+    f.text("imu.txt", "# t gx gy gz ax ay az\n0.9 0 0 0 0 0 9.81\n1.1 0 0 0 0 0 9.81\n2.1 0 0 0 0 0 9.81\n");
 }
 
 void good_scenes(const TempFolder& f) {
@@ -138,6 +139,39 @@ const Case kCases[] = {
          fs::create_directory(f.path("depth/0.png"));
      },
      "depth/0.png", "not there", "expected an image"},
+    {"NaN in the IMU's samples", good_tum,
+     [](const TempFolder& f) { f.text("imu.txt", "# t\n1 0 0 nan 0 0 9.81\n"); }, "imu.txt:2", "'nan'",
+     "expected an angular velocity"},
+    {"infinite specific force", good_tum, [](const TempFolder& f) { f.text("imu.txt", "1 0 0 0 0 0 inf\n"); },
+     "imu.txt:1", "'inf'", "expected a specific force"},
+    {"degrees for radians", good_tum,
+     [](const TempFolder& f) { f.text("imu.txt", "1 -250.5 0 0 0 0 9.81\n"); }, "imu.txt:1", "'-250.5'",
+     "at most 100 rad/s"},
+    {"a word in the IMU's samples", good_tum,
+     [](const TempFolder& f) { f.text("imu.txt", "1 0 0 0 x 0 9.81\n"); }, "imu.txt:1", "'x'",
+     "expected a specific force"},
+    {"short line in imu.txt", good_tum,
+     [](const TempFolder& f) { f.text("imu.txt", "1 0 0 0 0 0 9.81\n2 0 0 0\n"); }, "imu.txt:2", "4 values",
+     "expected 7"},
+    {"IMU stamps that do not rise", good_tum,
+     [](const TempFolder& f) { f.text("imu.txt", "2 0 0 0 0 0 9.81\n2 0 0 0 0 0 9.81\n"); }, "imu.txt:2",
+     "2.000000000", "expected rising"},
+    {"IMU stamp that is none", good_tum,
+     [](const TempFolder& f) { f.text("imu.txt", "now 0 0 0 0 0 9.81\n"); }, "imu.txt:1", "'now'",
+     "expected seconds"},
+    {"empty imu.txt", good_tum, [](const TempFolder& f) { f.text("imu.txt", "# none\n"); }, "imu.txt",
+     "0 samples", "expected"},
+    {"an extrinsic of the IMU that is no rotation", good_tum,
+     [](const TempFolder& f) {
+         f.text("camera.txt", "fx 5\nfy 5\ncx 3.5\ncy 2.5\nT_camera_imu 0 0 0 0 0 0 2\n");
+     },
+     "camera.txt:5", "norm is 2", "expected a rigid T_camera_imu"},
+    {"two extrinsics of the IMU", good_tum,
+     [](const TempFolder& f) {
+         f.text("camera.txt",
+                "fx 5\nfy 5\ncx 3.5\ncy 2.5\nT_camera_imu 0 0 0 0 0 0 1\nT_camera_imu 0 0 0 0 0 0 1\n");
+     },
+     "camera.txt:6", "T_camera_imu", "expected it once with 7"},
     {"NaN pose file", good_scenes,
      [](const TempFolder& f) { f.text("frame-000000.pose.txt", "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"); },
      "frame-000000.pose.txt", "entry 0", "not finite"},

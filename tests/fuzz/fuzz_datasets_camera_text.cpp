@@ -13,6 +13,7 @@ void take(const Result<CameraFile>& file, bool flipped) {
     fuzz::check(file->depth_scale >= 0 && std::isfinite(file->depth_scale));
     fuzz::check(file->depth.width >= 0 && file->depth.width <= kMaxImageSide);
     fuzz::check_rigid(file->T_colour_depth);
+    fuzz::check_rigid(file->T_camera_imu);
 }
 
 }  // namespace

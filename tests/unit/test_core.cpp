@@ -44,6 +44,37 @@ TEST(Se3, RefusesWhatIsNoRigidTransform) {
     EXPECT_FALSE(se3_from_matrix(last, 4).ok());
 }
 
+// Against the C library's functions, which the runtime does not call.
+TEST(Se3, ExponentialAndLogarithmOfRotations) {
+    const Vec3d axis = normalised(Vec3d{0.3, -0.8, 0.52});
+    for (const double angle : {0.0, 1e-12, 1e-7, 1e-3, 0.1, 0.999, 1.5, 2.0, 3.0, 3.14}) {
+        const Quaternion q = quaternion_from_vector(axis * angle);
+        EXPECT_NEAR(q.w, std::cos(angle / 2), 1e-14) << angle;
+        EXPECT_NEAR(q.x, axis.x * std::sin(angle / 2), 1e-14) << angle;
+        EXPECT_NEAR(q.y, axis.y * std::sin(angle / 2), 1e-14) << angle;
+        const Vec3d back = rotation_vector(rotation_from_vector(axis * angle));
+        EXPECT_LT(norm(back - axis * angle), angle < 3.1 ? 1e-14 : 1e-12) << angle;
+    }
+    // Beyond half a turn: the same rotation by its shorter name. Far beyond: still a rotation.
+    EXPECT_LT(norm(rotation_vector(rotation_from_vector(axis * 4)) - axis * (4 - 2 * std::acos(-1.0))),
+              1e-13);
+    for (const double angle : {50.0, 1e9, 1e200, 1e308})
+        EXPECT_NEAR(rotation_from_vector(axis * angle).determinant(), 1, 1e-12) << angle;
+    EXPECT_EQ(quaternion_from_vector({std::nan(""), 0, 0}).w, 1);
+    EXPECT_EQ(rotation_vector(Mat3d{}), Vec3d{});
+}
+
+TEST(Se3, NormalisedIsOrthonormal) {
+    Se3 T{rotation_from_vector({0.4, -1.1, 0.7}), {1, 2, 3}};
+    const Mat3d exact = T.R;
+    for (int i = 0; i < 9; ++i) T.R.m[i] += 1e-6 * (i % 4 - 1.5);
+    const Se3 N = normalised(T);
+    for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) EXPECT_NEAR(dot(N.R.column(a), N.R.column(b)), a == b ? 1 : 0, 1e-14);
+    for (int i = 0; i < 9; ++i) EXPECT_NEAR(N.R.m[i], exact.m[i], 4e-6);
+    EXPECT_EQ(N.t, T.t);
+}
+
 TEST(Camera, UnprojectInvertsProjectAlsoWithDistortion) {
     Camera camera{640, 480, 517.3, 516.5, 318.6, 255.3};
     camera.k1 = 0.2624, camera.k2 = -0.9531, camera.p1 = -0.0054, camera.p2 = 0.0026,

@@ -154,7 +154,7 @@ TEST(Cameras, TextWithAllKeys) {
     const auto read = parse_camera_text(
         "# a comment\nfx 500\nfy 501\ncx 320\ncy 240\nwidth 640\nheight 480\ndepth_scale 1000\nk1 0.1\n"
         "colour_fx 900\ncolour_width 1280\ncolour_height 720\ncolour_k1 0\nT_colour_depth 0.025 0 0 0 0 0 "
-        "1\n",
+        "1\nT_camera_imu 0 0 0.5 0 0 1 0\n",
         "f");
     ASSERT_TRUE(read.ok()) << read.status().text();
     EXPECT_EQ(read->depth.width, 640);
@@ -165,6 +165,9 @@ TEST(Cameras, TextWithAllKeys) {
     EXPECT_EQ(read->colour.k1, 0);
     EXPECT_EQ(read->colour.height, 720);
     EXPECT_EQ(read->T_colour_depth.t.x, 0.025);
+    EXPECT_EQ(read->T_camera_imu.t.z, 0.5);
+    EXPECT_EQ(read->T_camera_imu.R(0, 0), -1);
+    EXPECT_EQ(read->T_camera_imu.t.x, 0);
 }
 
 TEST(Cameras, TextErrors) {

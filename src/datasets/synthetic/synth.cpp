@@ -4,8 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "datasets/imu_file.h"
 #include "datasets/synthetic/camera_path.h"
 #include "datasets/synthetic/sensor_noise.h"
+#include "datasets/synthetic/synth_imu.h"
 #include "datasets/trajectory_file.h"
 
 namespace burin {
@@ -58,6 +60,12 @@ Result<std::unique_ptr<SyntheticDataset>> SyntheticDataset::create(const SynthOp
     if (!trajectory.ok()) return trajectory.status();
     Result<std::unique_ptr<SyntheticScene>> scene = make_scene(options.scene, options.seed);
     if (!scene.ok()) return scene.status();
+    if (options.imu_rate_hz != 0) {
+        Result<SynthImu> imu =
+            synth_imu(*trajectory, options.imu_rate_hz, options.noise == SynthNoise::sensor, options.seed);
+        if (!imu.ok()) return imu.status();
+        set->imu_ = std::move(imu->samples);
+    }
     set->options_ = options;
     set->trajectory_ = std::move(*trajectory);
     set->scene_ = std::move(*scene);
@@ -85,6 +93,9 @@ Status SyntheticDataset::load(int index, Frame* out) const {
     out->T_colour_depth = {};
     out->has_pose = true;
     out->T_world_camera = pose.T_world_camera;
+    out->imu = imu_of_frame(
+        imu_, index > 0 ? &trajectory_[static_cast<std::size_t>(index - 1)].t_ns : nullptr, pose.t_ns);
+    out->T_camera_imu = imu_.empty() ? Se3{} : synth_T_camera_imu();
     return {};
 }
 

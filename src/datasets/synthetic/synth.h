@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "capture/source.h"
 #include "core/jobs.h"
@@ -29,6 +30,7 @@ struct SynthOptions {
         height = 480;             // pixels; the field of view is that of 525 pixels focal length at 640 x 480
     std::string trajectory_file;  // TUM text; empty flies the built-in path (camera_path.h)
     std::optional<Se3> T_scene_trajectory;  // default: default_T_scene_trajectory (camera_path.h)
+    int imu_rate_hz = 0;                    // 0: no IMU; see synth_imu.h. Its noise comes with `noise`
     bool truth_images = true;  // truth/depth, normals, albedo, labels, instances: some 2 MB a frame
     std::string output_dir;    // must not exist, or be empty
 };
@@ -44,7 +46,7 @@ Result<Trajectory> synth_trajectory(const SynthOptions& options);
 
 // Renders the whole sequence into options.output_dir:
 //   rgb/NNNNNN.png  depth/NNNNNN.png (16 bit, metres = value / 5000)  rgb.txt depth.txt associations.txt
-//   groundtruth.txt camera.txt (depth_scale 5000)
+//   groundtruth.txt camera.txt (depth_scale 5000)  imu.txt truth/imu_bias.txt (with an IMU)
 //   truth/depth/NNNNNN.pfm  exact depth, 32-bit floats (Portable FloatMap, metres along the optical axis, 0 =
 //   nothing) truth/normals/NNNNNN.png (8 bit, scene frame: 127.5 + 127.5 n)  truth/albedo/NNNNNN.png (8 bit
 //   sRGB) truth/labels/NNNNNN.png (8 bit, 0..7)  truth/instances/NNNNNN.png (16 bit) truth/planes.json
@@ -77,6 +79,7 @@ class SyntheticDataset : public Dataset {
     std::unique_ptr<SyntheticScene> scene_;
     Trajectory trajectory_;
     Camera camera_;
+    std::vector<ImuSample> imu_;
 };
 
 }  // namespace burin

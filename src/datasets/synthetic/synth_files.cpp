@@ -13,6 +13,7 @@
 #include "datasets/image_file.h"
 #include "datasets/synthetic/sensor_noise.h"
 #include "datasets/synthetic/synth.h"
+#include "datasets/synthetic/synth_imu.h"
 #include "datasets/synthetic/truth_planes.h"
 #include "datasets/trajectory_file.h"
 
@@ -87,6 +88,7 @@ std::string scene_json(const SynthOptions& options, const SyntheticScene& scene,
                                    {"mesh_resolution_m", scene.data().mesh_resolution}};
     const Vec3d low = scene.data().mesh_bounds.low, high = scene.data().mesh_bounds.high;
     json["mesh_bounds"] = {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
+    if (options.imu_rate_hz != 0) json["imu_rate_hz"] = options.imu_rate_hz;
     // Paths are bytes, not always UTF-8.
     return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
@@ -140,7 +142,8 @@ Status write_frame(const std::string& dir, const std::string& name, const FrameI
 }
 
 Status write_sequence(const SynthOptions& options, const Trajectory& trajectory, const SyntheticScene& scene,
-                      const std::string& dir, const SynthProgress& progress, Jobs& jobs) {
+                      const SynthImu& imu, const std::string& dir, const SynthProgress& progress,
+                      Jobs& jobs) {
     std::error_code error;
     std::vector<std::string> folders{"/rgb", "/depth", "/truth"};
     if (options.truth_images)
@@ -184,7 +187,13 @@ Status write_sequence(const SynthOptions& options, const Trajectory& trajectory,
     BURIN_TRY(write_bytes(dir + "/depth.txt", depth));
     BURIN_TRY(write_bytes(dir + "/associations.txt", both));
     BURIN_TRY(write_bytes(dir + "/groundtruth.txt", format_tum_trajectory(trajectory)));
-    BURIN_TRY(write_bytes(dir + "/camera.txt", camera_text(camera)));
+    const bool has_imu = !imu.samples.empty();
+    BURIN_TRY(write_bytes(dir + "/camera.txt",
+                          camera_text(camera) + (has_imu ? synth_imu_camera_text() : std::string())));
+    if (has_imu) {
+        BURIN_TRY(write_bytes(dir + "/imu.txt", synth_imu_text(imu, options.imu_rate_hz, noise)));
+        BURIN_TRY(write_bytes(dir + "/truth/imu_bias.txt", synth_imu_bias_text(imu)));
+    }
     BURIN_TRY(write_bytes(dir + "/truth/planes.json", planes_json(survey.planes())));
     return write_bytes(dir + "/truth/scene.json", scene_json(options, scene, total));
 }
@@ -197,6 +206,13 @@ Status synthesise(const SynthOptions& options, const SynthProgress& progress, Jo
     if (!trajectory.ok()) return trajectory.status();
     Result<std::unique_ptr<SyntheticScene>> scene = make_scene(options.scene, options.seed);
     if (!scene.ok()) return scene.status();
+    SynthImu imu;
+    if (options.imu_rate_hz != 0) {
+        Result<SynthImu> made =
+            synth_imu(*trajectory, options.imu_rate_hz, options.noise == SynthNoise::sensor, options.seed);
+        if (!made.ok()) return made.status();
+        imu = std::move(*made);
+    }
     std::string dir = options.output_dir;
     while (dir.size() > 1 && dir.back() == '/') dir.pop_back();
     if (dir.empty())
@@ -212,7 +228,7 @@ Status synthesise(const SynthOptions& options, const SynthProgress& progress, Jo
                              "%s: left by another run, expected it gone; remove it first", partial.c_str());
     if (fs::create_directories(partial, error); error)
         return Status::error(Code::io, "%s: %s", partial.c_str(), error.message().c_str());
-    Status status = write_sequence(options, *trajectory, **scene, partial, progress, jobs);
+    Status status = write_sequence(options, *trajectory, **scene, imu, partial, progress, jobs);
     if (status.ok()) {
         fs::rename(partial, dir, error);  // replaces an empty folder
         if (error)
