@@ -22,4 +22,13 @@ inline std::ptrdiff_t offsets_stride(const FrameView& frame) {
 int fuse_other_format(const FrameView& frame, const std::uint16_t* list, int count,
                       const simd::ColourFrame& colour, const std::int32_t* offsets, std::uint8_t* colours);
 
+// Pixels first, first + step, ... along one side of an image.
+struct PixelSpan {
+    int first, step, count;
+};
+
+// Adds red, green and blue over these columns and rows to `sum`; any format, also RGB.
+void add_colours(const FrameView& frame, const PixelSpan& columns, const PixelSpan& rows,
+                 std::uint32_t sum[3]);
+
 }  // namespace burin

@@ -28,7 +28,9 @@ std::uint64_t index_bytes(std::uint32_t chunks) {
 std::uint64_t geometry_at(std::uint32_t chunks) { return kMapFilePage + index_bytes(chunks); }
 std::uint64_t expected_bytes(const MapFileHead& head) {
     return geometry_at(head.chunks) +
-           std::uint64_t{head.chunks} * (sizeof(ChunkGeometry) + (head.has_colour ? sizeof(ChunkColour) : 0));
+           std::uint64_t{head.chunks} *
+               (sizeof(ChunkGeometry) + (head.has_colour ? sizeof(ChunkColour) : 0)) +
+           extra_section_bytes(head.extra_bytes);
 }
 std::uint64_t digest_of(const MapFileHead& head) {
     return hash_bytes(&head, offsetof(MapFileHead, head_hash));
@@ -69,18 +71,18 @@ class File {  // closes itself
 }  // namespace
 
 Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path,
-                Progress* progress) {
+                Progress* progress, const MapExtra* extra) {
     struct PathWriter final : MapWriter {
         Status write(const void* data, std::size_t bytes) override { return file.write(data, bytes); }
         AtomicFile file;
     } writer;
     BURIN_TRY(writer.file.open(path));
-    BURIN_TRY(save_map(chunks, shape, head, writer, path, progress));
+    BURIN_TRY(save_map(chunks, shape, head, writer, path, progress, extra));
     return writer.file.commit(true);
 }
 
 Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, MapWriter& writer,
-                const char* name, Progress* progress) {
+                const char* name, Progress* progress, const MapExtra* extra) {
     Progress nobody;
     if (!progress) progress = &nobody;
     const auto stopped = [] { return Status::error(Code::cancelled, "cancelled"); };
@@ -92,7 +94,7 @@ Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head,
     head.truncation_m = shape.truncation_m;
     head.chunks = chunks.count();
     head.map_hash = chunks.hash();
-    head.unused = 0;
+    head.extra_bytes = extra ? extra->bytes() : 0;
     head.index_hash = 0;
     ChunkSource::Chunk chunk;
     std::uint32_t seen = 0;
@@ -130,7 +132,7 @@ Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head,
         else
             BURIN_TRY(writer.write(chunk.colour, sizeof *chunk.colour));
     }
-    return {};
+    return extra ? save_extra(*extra, writer, name) : Status();
 }
 
 Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_bytes, const char* name,
@@ -174,7 +176,7 @@ Status read_map_head(const char* path, MapFileHead* head) {
 }
 
 Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch,
-                Progress* progress) {
+                Progress* progress, MapExtra* extra) {
     struct PathReader final : MapReader {
         explicit PathReader(const char* p) : file(p), path(p) {}
         Status read(void* to, std::size_t bytes) override {
@@ -185,9 +187,10 @@ Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::
     } reader(path);
     if (!reader.file || !reader.file.seek(kMapFilePage)) {
         volume.clear();
+        if (extra) extra->clear();
         return Status::error(Code::io, "%s: cannot read: %s", path, std::strerror(errno));
     }
-    return load_map(volume, head, reader, path, scratch, progress);
+    return load_map(volume, head, reader, path, scratch, progress, extra);
 }
 
 namespace {
@@ -244,13 +247,15 @@ Status load_chunks(Volume& volume, const MapFileHead& head, MapReader& reader, P
 }  // namespace
 
 Status load_map(Volume& volume, const MapFileHead& head, MapReader& reader, const char* name,
-                std::uint32_t* scratch, Progress* progress) {
+                std::uint32_t* scratch, Progress* progress, MapExtra* extra) {
     Progress nobody;
     volume.clear();
+    if (extra) extra->clear();
     Status status = load_index(volume, head, reader, name);
     if (status.ok()) status = load_chunks(volume, head, reader, progress ? *progress : nobody);
     if (status.ok() && volume.hash(scratch) != head.map_hash)
         status = damaged(name, "the checksum of the chunks does not match");
+    if (status.ok()) status = load_extra(extra, head.extra_bytes, reader, name);
     if (!status.ok()) volume.clear();
     return status;
 }

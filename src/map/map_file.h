@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The map file: a head of one page, an index of keys and checksums in key order, then the geometry halves of
-// all chunks, then the colour halves. Disk holds the same bytes as memory. See docs/map_file.md.
+// all chunks, then the colour halves, then perhaps a MapExtra. Disk holds the same bytes as memory. See
+// docs/map_file.md.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +10,12 @@
 #include "core/progress.h"
 #include "core/status.h"
 #include "map/chunk_source.h"
+#include "map/map_extra.h"
 #include "map/volume.h"
 
 namespace burin {
 
 inline constexpr std::uint32_t kMapFileVersion = 1;
-inline constexpr std::size_t kMapFilePage = 4096;
 
 struct MapFileHead {
     char magic[8];  // "BURINMAP"
@@ -28,34 +29,18 @@ struct MapFileHead {
     std::uint64_t map_hash;
     std::uint64_t index_hash;
     std::uint32_t config_bytes;
-    std::uint32_t unused;
+    std::uint32_t extra_bytes;   // of a MapExtra behind the chunks; 0: the file has no such section
     unsigned char config[1024];  // the caller's configuration, opaque here
     std::uint64_t head_hash;     // of everything before it
 };
 static_assert(sizeof(MapFileHead) <= kMapFilePage);
 
-// Where the bytes of a map go, in order, in pieces of 2 or 4 KiB; and where they come from.
-class MapWriter {
-  public:
-    virtual Status write(const void* data, std::size_t bytes) = 0;
-
-  protected:
-    ~MapWriter() = default;
-};
-class MapReader {
-  public:
-    virtual Status read(void* to, std::size_t bytes) = 0;
-
-  protected:
-    ~MapReader() = default;
-};
-
 // Writes a map of this shape to `path` (through `path`.part) or to a writer, `name` in messages. `head` gives
-// frames and config; the rest is filled in. Two stages of progress.
+// frames and config; the rest is filled in. `extra` may be null. Two stages of progress.
 Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, const char* path,
-                Progress* progress = nullptr);
+                Progress* progress = nullptr, const MapExtra* extra = nullptr);
 Status save_map(ChunkSource& chunks, const VolumeShape& shape, MapFileHead head, MapWriter& writer,
-                const char* name, Progress* progress = nullptr);
+                const char* name, Progress* progress = nullptr, const MapExtra* extra = nullptr);
 
 // Reads and checks the head only. The size of the file must be what the head demands.
 Status read_map_head(const char* path, MapFileHead* head);
@@ -67,10 +52,11 @@ Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_by
 
 // Replaces the content of the volume. Its shape must fit the head: voxel, truncation, colour, capacity
 // (checked by the caller, who knows what to advise). A damaged chunk is an error and leaves the volume empty.
-// The reader stands behind the first page, the head's; `name` is for messages. One stage of progress.
+// The reader stands behind the first page, the head's; `name` is for messages. `extra` becomes what the file
+// has for it, also when that is nothing; null: that is read past. One stage of progress.
 Status load_map(Volume& volume, const MapFileHead& head, const char* path, std::uint32_t* scratch,
-                Progress* progress = nullptr);
+                Progress* progress = nullptr, MapExtra* extra = nullptr);
 Status load_map(Volume& volume, const MapFileHead& head, MapReader& reader, const char* name,
-                std::uint32_t* scratch, Progress* progress = nullptr);
+                std::uint32_t* scratch, Progress* progress = nullptr, MapExtra* extra = nullptr);
 
 }  // namespace burin

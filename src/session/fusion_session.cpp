@@ -54,6 +54,7 @@ void FusionSession::clear() {
     volume_.clear();
     store_.is_open() ? store_.forget() : store_.clear();
     tracking_.clear();
+    if (extra_) extra_->clear();
     frames_ = dropped_ = 0;
     counted_ = false;
 }
@@ -233,24 +234,25 @@ Status FusionSession::with_all_chunks(Body&& body) {
 
 Status FusionSession::save(const char* path, const MapFileHead& head, Progress* progress) {
     return with_all_chunks(
-        [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, path, progress); });
+        [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, path, progress, extra_); });
 }
 
 Status FusionSession::save(MapWriter& writer, const MapFileHead& head, const char* name, Progress* progress) {
-    return with_all_chunks(
-        [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, writer, name, progress); });
+    return with_all_chunks([&](ChunkSource& chunks) {
+        return save_map(chunks, options_.volume, head, writer, name, progress, extra_);
+    });
 }
 
 Status FusionSession::load(const char* path, const MapFileHead& head, Progress* progress) {
     clear();
-    BURIN_TRY(load_map(volume_, head, path, scratch_, progress));
+    BURIN_TRY(load_map(volume_, head, path, scratch_, progress, extra_));
     frames_ = head.frames;
     return {};
 }
 
 Status FusionSession::load(MapReader& reader, const MapFileHead& head, const char* name, Progress* progress) {
     clear();
-    BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress));
+    BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress, extra_));
     frames_ = head.frames;
     return {};
 }
@@ -264,6 +266,7 @@ Status FusionSession::resume_store(const char* path) {
     std::uint64_t frames = 0;
     BURIN_TRY(store_.resume(path, &frames));
     volume_.clear();
+    if (extra_) extra_->clear();
     frames_ = frames;
     dropped_ = 0;
     counted_ = false;

@@ -55,6 +55,11 @@ class FusionSession {
     void place(Arena& arena, const FusionOptions& options);
     void clear();
 
+    // What is saved, loaded and cleared together with the map, such as the tracker's keyframes: a
+    // FernSection. It must outlive the session's calls; null: nothing. A store (resume_store) does not keep
+    // it.
+    void keep_with_map(MapExtra* extra) { extra_ = extra; }
+
     // `frame` must have been checked.
     FrameReport integrate(const FrameView& frame, Jobs& jobs);
 
@@ -148,6 +153,7 @@ class FusionSession {
     CameraTracking tracking_;
     Integrator integrator_;
     Mesher mesher_;
+    MapExtra* extra_ = nullptr;
     std::uint32_t* scratch_ = nullptr;  // one entry a chunk
     std::uint64_t frames_ = 0, dropped_ = 0;
     bool counted_ = false;  // counts_ and what mesher_ holds are of the volume as it is
