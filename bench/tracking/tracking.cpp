@@ -71,9 +71,10 @@ int run_one(const Options& o, const std::string& folder) {
         fuse_ms.push_back(r.fusion.integrate_ms);
         evaluations.push_back(r.tracking.evaluations);
         if (o.verbose)
-            std::printf("%4d evals %2d inliers %.3f cost %.4f scale %.3f colour %.2f error %.1f mm\n",
-                        frames.index(), r.tracking.evaluations, r.tracking.inlier_share, r.tracking.cost,
-                        r.tracking.scale, r.tracking.colour_share,
+            std::printf("%4d %s evals %2d close %.3f known %.3f cost %.3f scale %.3f colour %.2f weakest %.2f mm free %d jump %.1f mm %.2f deg error %.1f mm\n",
+                        frames.index(), r.tracking.state == TrackingState::tracking ? "ok  " : r.tracking.state == TrackingState::weak ? "weak" : "lost",
+                        r.tracking.evaluations, r.tracking.verdict.close_share, r.tracking.verdict.known_share, r.tracking.cost, r.tracking.scale,
+                        r.tracking.verdict.keyframe_share, 1e3 * r.tracking.verdict.weakest_m, r.tracking.verdict.free_directions, 1e3 * r.tracking.verdict.jump_m, 57.3 * r.tracking.verdict.jump_rad,
                         1e3 * norm(r.tracking.T_world_camera.t - frame.T_world_camera.t));
     }
     std::free(memory);
@@ -118,15 +119,14 @@ int main(int argc, char** argv) {
     app.add_option("--trajectory", o.trajectory);
     app.add_option("--colour", o.tracking.colour);
     app.add_option("--colour-weight", o.tracking.colour_weight);
-    app.add_option("--prior-m", o.tracking.prior_m);
-    app.add_option("--prior-rad", o.tracking.prior_rad);
     app.add_option("--steps0", o.tracking.descent.steps[0]);
     app.add_option("--steps1", o.tracking.descent.steps[1]);
     app.add_option("--steps2", o.tracking.descent.steps[2]);
-    app.add_option("--retry", o.tracking.descent.retry);
     app.add_flag("--verbose", o.verbose);
     o.config.truncation_voxels = 8;
     o.config.edge_removal = 1;
+    o.config.bilateral = 1;
+    o.drop = "none";
     CLI11_PARSE(app, argc, argv);
     o.config.colour = 0;
     o.config.weight = o.weight == "inverse-z2" ? BURIN_WEIGHT_INVERSE_Z2 : BURIN_WEIGHT_CONSTANT;

@@ -1,13 +1,33 @@
 // SPDX-License-Identifier: MIT
 #include "session/camera_tracking.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace burin {
+namespace {
+
+// After the camera was found again, or at the start of a map from a file, that many frames must follow one another
+// before one is fused: a wrong place does not stay right for long.
+constexpr int kSureFrames = 3;
+// Keyframes tried for a lost camera, a frame: of five the right one is among them 97 times in 100 (docs/relocalisation.md).
+constexpr int kCandidates = 5;
+// What a place has to explain to be believed without a prediction.
+constexpr double kFoundClose = 0.7, kFoundKnown = 0.4;
+// While two thirds of the bright points find themselves in the keyframe it serves: each new one adds its own error.
+constexpr double kKeyframeShare = 0.66;
+
+}  // namespace
 
 void CameraTracking::place(Arena& arena, const TrackingOptions& options, const DepthOptions& depth) {
     options_ = options;
+    options_.ferns.min_depth_m = depth.min_depth_m;
+    // Depth tests beyond what a room shows would tell nothing (ferns.h).
+    options_.ferns.max_depth_m = std::min(depth.max_depth_m, 6.0f);
     if (options.tracker == Tracker::none) return;
     points_.place(arena, depth.max_width, depth.max_height);
     sdf_.place(arena);
+    ferns_.place(arena, options_.ferns);
     if (!options.colour) return;
     grey_.place(arena);
     brightness_.place(arena);
@@ -15,52 +35,122 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
 }
 
 void CameraTracking::clear() {
-    frames_ = 0;
     photometric_.clear();
+    prior_.clear();
+    frames_ = 0;
+    known_ = false;
+    sure_ = 0;
+    last_ = {};
 }
 
-TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& depth, const FrameView& frame,
-                                     Jobs& jobs) {
+void CameraTracking::look_for_camera() {
+    const Se3 last = last_;
+    clear();
+    last_ = last;
+}
+
+// Depth against the field; where the frame has colour, with brightness against the keyframe.
+PoseMeasurement& CameraTracking::measurement() {
+    if (!bright_ || !photometric_.has_keyframe()) return sdf_;
+    joint_.look_at(sdf_, photometric_, options_.colour_weight);
+    return joint_;
+}
+
+TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& depth, const FrameView& frame, Jobs& jobs) {
     TrackingReport report;
     points_.build(depth, jobs);
-    const bool colour = options_.colour && grey_.build(frame, jobs);
-    if (colour) brightness_.build(points_, grey_, frame, jobs);
-    if (frames_ == 0) {
-        last_ = before_ = frame.T_world_camera;
-        report.T_world_camera = last_;
-        report.state = TrackingState::tracking;
-        if (colour) photometric_.set_keyframe(points_, brightness_, last_);
-        ++frames_;
-        return report;
-    }
+    bright_ = options_.colour && grey_.build(frame, jobs);
+    if (bright_) brightness_.build(points_, grey_, frame, jobs);
     sdf_.look_at(volume, points_, jobs);
     photometric_.look_at(points_, brightness_, jobs);
-    JointMeasurement joint(sdf_, photometric_, options_.colour_weight);
-    PoseMeasurement& measurement =
-        colour && photometric_.has_keyframe() ? static_cast<PoseMeasurement&>(joint) : sdf_;
-    const Se3 moving = normalised(last_ * (before_.inverse() * last_));
-    const double still_cost = cost_at(measurement.begin_level(last_, TrackPoints::kLevels - 1));
-    const double moving_cost = cost_at(measurement.measure(moving, TrackPoints::kLevels - 1));
-    const PoseFit found = descend(measurement, moving_cost < still_cost ? moving : last_,
-                                 {moving, options_.prior_m, options_.prior_rad}, options_.descent);
-    report.T_world_camera = found.T_world_camera;
-    report.evaluations = found.evaluations + 2;
-    report.inlier_share = found.system.points > 0 ? found.system.inliers / found.system.points : 0;
-    report.cost = found.cost;
-    report.scale = found.scale;
-    report.state = TrackingState::tracking;
-    before_ = last_;
-    last_ = found.T_world_camera;
     ++frames_;
-    if (!colour) return report;
-    const Measured& seen = joint.colour();
-    const Twist since = motion_between(photometric_.T_world_keyframe(), last_);
-    report.colour_share = seen.considered > 0 ? seen.system.points / seen.considered : 0;
-    // While two thirds of the points find themselves in the keyframe it serves: a new one carries the error
-    // of its pose.
-    if (report.colour_share < 0.66) photometric_.set_keyframe(points_, brightness_, last_);
-    (void)since;
+    if (volume.live() == 0) {
+        if (points_.level(0).count < kLeastPoints) return report;
+        report.T_world_camera = frame.T_world_camera;
+        report.state = report.verdict.state = TrackingState::tracking;
+        sure_ = kSureFrames;
+        prior_.predict(frame.t_ns, frame.imu, frame.imu_count, frame.T_camera_imu);
+    } else {
+        if (frames_ == 1) last_ = frame.T_world_camera;
+        const PoseFit fit = known_ ? follow(frame, &report) : find_again(depth, frame, &report);
+        report.state = report.verdict.state;
+        report.T_world_camera = fit.T_world_camera;
+        report.cost = fit.cost;
+        report.scale = fit.scale;
+    }
+    known_ = report.state != TrackingState::lost;
+    if (!known_) {
+        sure_ = 0;
+        return report;
+    }
+    keep(depth, frame, report);
+    sure_ = report.state == TrackingState::tracking ? sure_ + 1 : std::min(sure_, kSureFrames);
+    if (sure_ <= kSureFrames && report.state == TrackingState::tracking && frames_ > 1) report.state = TrackingState::weak;
     return report;
+}
+
+// One frame after another: the better of the predicted starts, down to the pose.
+PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
+    const bool gyro = options_.gyro && frame.imu_count > 0;
+    const Prediction ahead = prior_.predict(frame.t_ns, gyro ? frame.imu : nullptr, gyro ? frame.imu_count : 0,
+                                            frame.T_camera_imu);
+    const Se3& predicted = ahead.has_gyro ? ahead.gyro : ahead.constant_velocity;
+    PoseMeasurement& measured = measurement();
+    constexpr int kCoarsest = TrackPoints::kLevels - 1;
+    const double moving = cost_at(measured.begin_level(predicted, kCoarsest));
+    const double still = cost_at(measured.measure(ahead.still, kCoarsest));
+    MotionPriorTerm prior;
+    prior.T_world_camera = predicted;
+    if (std::isfinite(ahead.translation_sigma_m + ahead.rotation_sigma_rad)) {
+        // In the currency of correlated readings.
+        const double discount = 1 / std::sqrt(kCorrelated);
+        prior.sigma_m = discount * ahead.translation_sigma_m;
+        prior.sigma_rad = discount * ahead.rotation_sigma_rad;
+    }
+    PoseFit fit = descend(measured, moving <= still ? predicted : ahead.still, prior, options_.descent);
+    const double gap_s = static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9;
+    report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera), std::max(gap_s, 0.0));
+    report->evaluations = fit.evaluations + 2;
+    return fit;
+}
+
+// A lost camera: from where it was last, and from the keyframes that look like this frame, by depth alone.
+PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report) {
+    PoseFit best;
+    if (points_.level(0).count < kLeastPoints) return best;
+    Se3 starts[1 + kCandidates];
+    FernMatch matches[kCandidates];
+    int count = 0;
+    starts[count++] = last_;
+    const int found = ferns_.nearest(ferns_.encode(make_thumbnail(depth, frame)), matches, kCandidates);
+    for (int i = 0; i < found; ++i) starts[count++] = matches[i].T_world_camera;
+    for (int i = 0; i < count; ++i) {
+        const PoseFit fit = descend(sdf_, starts[i], {}, options_.descent);
+        report->evaluations += fit.evaluations;
+        Verdict v = judge(fit, points_.mean_depth_m(), {}, 0);
+        if (v.state == TrackingState::lost || v.close_share < kFoundClose || v.known_share < kFoundKnown) continue;
+        if (report->relocalised && fit.cost >= best.cost) continue;
+        report->relocalised = true;
+        report->verdict = v;
+        best = fit;
+    }
+    if (report->relocalised) {
+        prior_.forget_motion();
+        photometric_.clear();
+    }
+    return best;
+}
+
+// What later frames start from.
+void CameraTracking::keep(const DepthImage& depth, const FrameView& frame, const TrackingReport& report) {
+    last_ = report.T_world_camera;
+    last_t_ns_ = frame.t_ns;
+    prior_.observe(frame.t_ns, last_);
+    if (report.state != TrackingState::tracking) return;
+    if (bright_ && (!photometric_.has_keyframe() || report.verdict.keyframe_share < kKeyframeShare))
+        photometric_.set_keyframe(points_, brightness_, last_);
+    if (sure_ >= kSureFrames)
+        ferns_.harvest(ferns_.encode(make_thumbnail(depth, frame)), last_, frames_, frame.t_ns);
 }
 
 }  // namespace burin

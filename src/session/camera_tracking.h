@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the camera is, frame after frame: predict, align against the map, and judge the outcome.
+// Where the camera is, frame after frame: predict, align with the map, judge; and when it was lost, find it again.
 #pragma once
 
 #include "capture/frame.h"
@@ -8,31 +8,37 @@
 #include "depth/depth_image.h"
 #include "map/volume.h"
 #include "track/descent.h"
+#include "track/fern_section.h"
+#include "track/ferns.h"
 #include "track/grey_image.h"
 #include "track/joint.h"
+#include "track/motion_prior.h"
 #include "track/photometric.h"
 #include "track/sdf_tracker.h"
 #include "track/track_points.h"
+#include "track/verdict.h"
 
 namespace burin {
 
 enum class Tracker : std::uint8_t { none, sdf, icp };
-enum class TrackingState : std::uint8_t { tracking, weak, lost };
 
 struct TrackingOptions {
     Tracker tracker = Tracker::none;
     bool colour = true;  // also the brightness against a keyframe, where frames have colour
+    bool gyro = true;    // also the gyroscope, where frames have samples
+    // Of a colour residual beside one of depth, each in its own deviations. Equal: neither was better on all sequences.
     double colour_weight = 1;
     DescentOptions descent;
-    double prior_m = 0, prior_rad = 0;
+    FernOptions ferns;
 };
 
 struct TrackingReport {
     TrackingState state = TrackingState::lost;
-    Se3 T_world_camera;
+    Se3 T_world_camera;  // not of a lost frame
+    Verdict verdict;
+    double cost = 0, scale = 0;
     int evaluations = 0;
-    double inlier_share = 0, cost = 0, scale = 0;
-    double colour_share = 0;
+    bool relocalised = false;
     double track_ms = 0;
 };
 
@@ -40,20 +46,38 @@ class CameraTracking {
   public:
     void place(Arena& arena, const TrackingOptions& options, const DepthOptions& depth);
     void clear();
+    // The map was replaced by one from a file: the camera has to be found in it.
+    void look_for_camera();
+    MapExtra* keyframes() { return options_.tracker == Tracker::none ? nullptr : &section_; }
 
-    // The first frame's pose is the one that the frame comes with.
+    // The pose of the frame serves as the first one of an empty map, and is not looked at otherwise.
     TrackingReport track(const Volume& volume, const DepthImage& depth, const FrameView& frame, Jobs& jobs);
 
+    bool gravity(Vec3d* up_world, double* sigma_rad) const { return prior_.gravity(up_world, sigma_rad); }
+
   private:
+    PoseMeasurement& measurement();
+    PoseFit follow(const FrameView& frame, TrackingReport* report);
+    PoseFit find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report);
+    void keep(const DepthImage& depth, const FrameView& frame, const TrackingReport& report);
+
     TrackingOptions options_;
     TrackPoints points_;
     SdfTracker sdf_;
     GreyImage grey_;
     PointBrightness brightness_;
     Photometric photometric_;
-    int frames_ = 0;
+    JointMeasurement joint_;
+    MotionPrior prior_;
+    FernKeyframes ferns_;
+    FernSection section_{ferns_};
+
+    std::uint64_t frames_ = 0;
+    bool bright_ = false;  // this frame has colour
+    bool known_ = false;   // where the camera was in the last frame
+    int sure_ = 0;         // frames tracked one after another
+    Se3 last_;             // the last pose that was known
     std::int64_t last_t_ns_ = 0;
-    Se3 last_, before_;
 };
 
 }  // namespace burin

@@ -45,6 +45,7 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
     store_.place(arena, options.volume, options.store_chunks);
     depth_.place(arena, options.depth);
     tracking_.place(arena, options.tracking, options.depth);
+    extra_ = tracking_.keyframes();
     integrator_.place(arena, options.integration, options.depth.max_width, options.depth.max_height);
     mesher_.place(arena, options.volume.capacity);
     scratch_ = arena.allocate<std::uint32_t>(options.volume.capacity, 64);
@@ -86,7 +87,6 @@ ScanReport FusionSession::scan(const FrameView& frame, Jobs& jobs) {
 
 void FusionSession::fuse(const FrameView& frame, Jobs& jobs, FrameReport* report) {
     const double start = now_ms();
-    counted_ = false;
     ++frames_;
     if (store_.is_open()) store_.begin_frame(middle_of_view(frame));
     report->chunks = integrator_.integrate(volume_, depth_, frame, static_cast<std::uint32_t>(frames_), jobs,
@@ -97,6 +97,7 @@ void FusionSession::fuse(const FrameView& frame, Jobs& jobs, FrameReport* report
     report->valid_pixels = depth_.image.valid;
     report->integrate_ms = now_ms() - start;
     dropped_ += report->chunks.dropped;
+    counted_ = false;
 }
 
 // The chunk in the middle of what a camera may see: from there, distance tells what leaves memory first.
@@ -247,6 +248,7 @@ Status FusionSession::load(const char* path, const MapFileHead& head, Progress* 
     clear();
     BURIN_TRY(load_map(volume_, head, path, scratch_, progress, extra_));
     frames_ = head.frames;
+    tracking_.look_for_camera();
     return {};
 }
 
@@ -254,6 +256,7 @@ Status FusionSession::load(MapReader& reader, const MapFileHead& head, const cha
     clear();
     BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress, extra_));
     frames_ = head.frames;
+    tracking_.look_for_camera();
     return {};
 }
 
@@ -270,6 +273,7 @@ Status FusionSession::resume_store(const char* path) {
     frames_ = frames;
     dropped_ = 0;
     counted_ = false;
+    tracking_.look_for_camera();
     return {};
 }
 

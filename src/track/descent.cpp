@@ -41,18 +41,8 @@ PoseFit descend(PoseMeasurement& measurement, const Se3& start, const MotionPrio
         return sum;
     };
     for (int level = TrackPoints::kLevels - 1; level >= options.finest; --level) {
-        if (options.steps[level] == 0) continue;
         Measured here = measurement.begin_level(out.T_world_camera, level);
         ++out.evaluations;
-        if (options.retry && level < TrackPoints::kLevels - 1) {
-            // The coarser level may have been led astray.
-            const Measured at_start = measurement.measure(start, level);
-            ++out.evaluations;
-            if (cost_at(with_prior(at_start, start)) < cost_at(with_prior(here, out.T_world_camera))) {
-                out.T_world_camera = start;
-                here = at_start;
-            }
-        }
         double damping = 1e-4;  // all but Gauss-Newton while steps succeed
         out.converged = false;
         for (int step = 0; step < options.steps[level]; ++step) {
@@ -74,8 +64,7 @@ PoseFit descend(PoseMeasurement& measurement, const Se3& start, const MotionPrio
             }
             if (out.converged) break;
         }
-        out.system = here.system;
-        out.considered = here.considered;
+        out.measured = here;
         out.cost = cost_at(here);
         out.scale = scale_of(here.median);
     }

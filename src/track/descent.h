@@ -13,9 +13,17 @@ namespace burin {
 // reading.
 struct Measured {
     NormalEquations system;
-    double median = 0;   // of |residual|, in standard deviations, over the points that count
-    int considered = 0;  // points of the level, found in the model or not
+    double median = 0;      // of |residual|, in standard deviations of a reading, over the points that count
+    double considered = 0;  // points of the level, found in the model or not
+    // Of geometry alone: points of the level, of those the ones in space that was observed before, and of those the ones
+    // within kCloseSigmas of the surface.
+    double depth_points = 0, known = 0, close = 0;
+    // Of colour alone: points with brightness, and of those the ones the keyframe shows too.
+    double bright = 0, seen = 0;
 };
+
+// A reading this many of its standard deviations from the surface agrees with it: 87 % of normal ones do.
+inline constexpr double kCloseSigmas = 1.5;
 
 class PoseMeasurement {
   public:
@@ -42,7 +50,6 @@ struct MotionPriorTerm {  // a normal distribution around a predicted pose
 
 struct DescentOptions {
     int steps[TrackPoints::kLevels] = {5, 6, 8};  // at most, finest first
-    bool retry = false;
     int finest = 0;                               // the level to end at
     // A step that moves no point at 2 m by more than a fiftieth of a 5 mm voxel.
     double least_m = 5e-5, least_rad = 5e-5;
@@ -50,10 +57,9 @@ struct DescentOptions {
 
 struct PoseFit {
     Se3 T_world_camera;
-    NormalEquations system;  // at the pose, of the finest level, without the prior
-    double cost = 0;         // a point of the finest level; points that the model lacks cost kMissCost
-    double scale = 0;        // robust standard deviation of residuals, in standard deviations of a reading
-    double considered = 0;
+    Measured measured;  // at the pose, of the finest level, without the prior
+    double cost = 0;    // a point of the finest level; points that the model lacks cost kMissCost
+    double scale = 0;   // robust standard deviation of residuals, in standard deviations of a reading
     int evaluations = 0;
     bool converged = false;  // the last step was below least_*
 };

@@ -9,19 +9,21 @@ Measured JointMeasurement::sum() const {
     colour.scale_by(weight_);
     all.system += colour;
     all.considered += weight_ * last_colour_.considered;
+    all.bright = last_colour_.bright;
+    all.seen = last_colour_.seen;
     return all;
 }
 
 Measured JointMeasurement::begin_level(const Se3& T_world_camera, int level) {
-    last_geometry_ = geometry_.begin_level(T_world_camera, level);
-    last_colour_ = colour_.begin_level(T_world_camera, level);
-    scale_ = geometry_.scale();
+    last_geometry_ = geometry_->begin_level(T_world_camera, level);
+    last_colour_ = colour_->begin_level(T_world_camera, level);
+    scale_ = geometry_->scale();
     return sum();
 }
 
 Measured JointMeasurement::measure(const Se3& T_world_camera, int level) {
-    last_geometry_ = geometry_.measure(T_world_camera, level);
-    last_colour_ = colour_.measure(T_world_camera, level);
+    last_geometry_ = geometry_->measure(T_world_camera, level);
+    last_colour_ = colour_->measure(T_world_camera, level);
     return sum();
 }
 

@@ -99,6 +99,7 @@ void Photometric::measure_item(const Se3& T, int level, int item, ResidualItem* 
             const int i = first + k;
             const float brightness = now[points.cell[i]];
             if (brightness < 0) continue;
+            ++out->known;
             const float x = points.x[i], y = points.y[i], z = points.z[i];
             const float px = R[0] * x + R[1] * y + R[2] * z + t[0],
                         py = R[3] * x + R[4] * y + R[5] * z + t[1],
@@ -131,7 +132,10 @@ void Photometric::measure_item(const Se3& T, int level, int item, ResidualItem* 
         }
         simd::track_sums({points.x + first, points.y + first, points.z + first, sigma, distance, gradients},
                          count, R, robust, out->sums, normalised);
-        for (int k = 0; k < count; ++k) out->bins.add(normalised[k]);
+        for (int k = 0; k < count; ++k) {
+            out->bins.add(normalised[k]);
+            out->close += normalised[k] >= 0;
+        }
     }
 }
 
@@ -140,7 +144,12 @@ Measured Photometric::measure(const Se3& T_world_camera, int level) {
     const int items = (count + kPointsPerItem - 1) / kPointsPerItem;
     const Se3 T = T_world_keyframe_.inverse() * T_world_camera;
     jobs_->run(items, [&](int item, int) { measure_item(T, level, item, &items_[item], nullptr); });
-    return measured_of(items_, items, count, scale_);
+    Measured out = measured_of(items_, items, count, scale_);
+    out.bright = out.known;
+    out.seen = out.close;
+    out.depth_points = out.known = out.close = 0;
+    out.considered = out.bright;
+    return out;
 }
 
 // Gain and bias carry the mean and the spread of what is matched over; a regression would make the gain too

@@ -24,10 +24,12 @@ Measured measured_of(const ResidualItem* items, int count, int considered, doubl
     for (int i = 0; i < count; ++i) {
         out.system.add(items[i].sums);
         bins.add(items[i].bins);
+        out.known += items[i].known;
+        out.close += items[i].close;
     }
     out.system.finish(1 / scale);
     out.median = bins.median() * scale;
-    out.considered = considered;
+    out.considered = out.depth_points = considered;
     return out;
 }
 

@@ -37,10 +37,12 @@ struct ResidualBins {
 struct ResidualItem {
     simd::TrackSums sums;
     ResidualBins bins;
+    int known = 0, close = 0;  // see Measured
 
     void clear() {
         std::memset(sums, 0, sizeof sums);
         bins.clear();
+        known = close = 0;
     }
 };
 

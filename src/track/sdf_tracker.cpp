@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "track/sdf_tracker.h"
 
+#include <cmath>
 #include <limits>
 
 #include "map/sample_batch.h"
@@ -24,6 +25,7 @@ Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
     robust.tukey = false;
     // The field says "at least the truncation" from there on, and its gradient vanishes.
     robust.limit_m = 0.97f * volume_->shape().truncation_m;
+    const float close = static_cast<float>(kCloseSigmas / scale_);
     jobs_->run(items, [&](int item, int) {
         ResidualItem& out = items_[item];
         out.clear();
@@ -40,7 +42,11 @@ Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
                       std::numeric_limits<float>::quiet_NaN());
             simd::track_sums({x, y, z, points.inverse_sigma + first, distance, gradients}, count, R, robust,
                              out.sums, normalised);
-            for (int i = 0; i < count; ++i) out.bins.add(normalised[i]);
+            for (int i = 0; i < count; ++i) {
+                out.bins.add(normalised[i]);
+                out.known += !std::isnan(distance[i]);
+                out.close += normalised[i] >= 0 && normalised[i] < close;
+            }
         }
     });
     return measured_of(items_, items, points.count, scale_);

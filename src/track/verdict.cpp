@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "track/verdict.h"
+
+#include <cmath>
+
+namespace burin {
+namespace {
+
+// Of points in observed space. Right poses reach 0.8 and more on every sequence tried; wrong ones stay below a half.
+constexpr double kCloseTracking = 0.6, kCloseWeak = 0.4;
+// Of all points: less known surroundings than that are no hold.
+constexpr double kKnownTracking = 0.25, kKnownWeak = 0.1;
+// A motion held no better than this, metres, is free: a fifth of what is allowed to go wrong in a weak stretch.
+constexpr double kFreeSigma_m = 0.006;
+// Hand-held cameras stay below 20 m/s^2 and 40 rad/s^2 beyond what was predicted.
+constexpr double kJump_m = 0.1, kJump_m_s = 1.0, kJump_rad = 0.15, kJump_rad_s = 2.0;
+
+double length(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+}  // namespace
+
+Verdict judge(const PoseFit& fit, double reach_m, const Twist& jump, double gap_s) {
+    Verdict v;
+    const Measured& m = fit.measured;
+    v.close_share = m.known > 0 ? m.close / m.known : 0;
+    v.known_share = m.depth_points > 0 ? m.known / m.depth_points : 0;
+    v.keyframe_share = m.bright > 0 ? m.seen / m.bright : 0;
+    v.jump_m = length(jump.v);
+    v.jump_rad = length(jump.w);
+    const Spectrum spectrum = spectrum_of(m.system, reach_m > 0 ? reach_m : 1);
+    for (const double value : spectrum.values) {
+        const double sigma = value > 0 ? std::sqrt(kCorrelated / value) : 1e3;
+        if (sigma > kFreeSigma_m) ++v.free_directions;
+        if (sigma > v.weakest_m) v.weakest_m = sigma;
+    }
+    const bool far = v.jump_m > kJump_m + kJump_m_s * gap_s || v.jump_rad > kJump_rad + kJump_rad_s * gap_s;
+    if (m.known < kLeastPoints || v.close_share < kCloseWeak || v.known_share < kKnownWeak || far ||
+        !std::isfinite(v.jump_m + v.jump_rad))
+        v.state = TrackingState::lost;
+    else if (v.close_share < kCloseTracking || v.known_share < kKnownTracking || v.free_directions > 0)
+        v.state = TrackingState::weak;
+    else
+        v.state = TrackingState::tracking;
+    return v;
+}
+
+}  // namespace burin
