@@ -8,7 +8,7 @@ namespace burin {
 namespace {
 
 // Below this the sensor's own noise model would be a tenth of what it is: numbers of a noise-free rendering.
-constexpr double kLeastScale = 0.05, kMostScale = 5;
+constexpr double kLeastScale = 0.05, kMostScale = 1.5;
 
 double largest(const double (&v)[3]) { return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])}); }
 

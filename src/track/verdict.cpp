@@ -7,7 +7,7 @@ namespace burin {
 namespace {
 
 // Of points in observed space. Right poses reach 0.8 and more on every sequence tried; wrong ones stay below a half.
-constexpr double kCloseTracking = 0.6, kCloseWeak = 0.4;
+constexpr double kCloseTracking = 0.5, kCloseWeak = 0.3;
 // Of all points: less known surroundings than that are no hold.
 constexpr double kKnownTracking = 0.25, kKnownWeak = 0.1;
 // A motion held no better than this, metres, is free: a fifth of what is allowed to go wrong in a weak stretch.
