@@ -71,11 +71,18 @@ int run_one(const Options& o, const std::string& folder) {
         fuse_ms.push_back(r.fusion.integrate_ms);
         evaluations.push_back(r.tracking.evaluations);
         if (o.verbose)
-            std::printf("%4d %s evals %2d close %.3f known %.3f cost %.3f scale %.3f colour %.2f weakest %.2f mm free %d jump %.1f mm %.2f deg error %.1f mm\n",
-                        frames.index(), r.tracking.state == TrackingState::tracking ? "ok  " : r.tracking.state == TrackingState::weak ? "weak" : "lost",
-                        r.tracking.evaluations, r.tracking.verdict.close_share, r.tracking.verdict.known_share, r.tracking.cost, r.tracking.scale,
-                        r.tracking.verdict.keyframe_share, 1e3 * r.tracking.verdict.weakest_m, r.tracking.verdict.free_directions, 1e3 * r.tracking.verdict.jump_m, 57.3 * r.tracking.verdict.jump_rad,
-                        1e3 * norm(r.tracking.T_world_camera.t - frame.T_world_camera.t));
+            std::printf(
+                "%4d %s evals %2d close %.3f known %.3f cost %.3f scale %.3f colour %.2f weakest %.2f mm "
+                "free %d jump %.1f mm %.2f deg error %.1f mm\n",
+                frames.index(),
+                r.tracking.state == TrackingState::tracking ? "ok  "
+                : r.tracking.state == TrackingState::weak   ? "weak"
+                                                            : "lost",
+                r.tracking.evaluations, r.tracking.verdict.close_share, r.tracking.verdict.known_share,
+                r.tracking.cost, r.tracking.scale, r.tracking.verdict.keyframe_share,
+                1e3 * r.tracking.verdict.weakest_m, r.tracking.verdict.free_directions,
+                1e3 * r.tracking.verdict.jump_m, 57.3 * r.tracking.verdict.jump_rad,
+                1e3 * norm(r.tracking.T_world_camera.t - frame.T_world_camera.t));
     }
     std::free(memory);
     const auto error = absolute_error(estimate, truth, Alignment::se3);

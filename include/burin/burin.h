@@ -88,7 +88,14 @@ typedef enum burin_drop { /* the weight behind the surface (Bylow 2013), full do
                               2 /* exp(-5 x^2), x = 0 at one voxel behind, 1 at the truncation distance */
 } burin_drop;
 
-/* Fill with burin_config_default(), then change what you need. */
+typedef enum burin_tracker {
+    BURIN_TRACKER_NONE = 0, /* poses come with the frames: burin_integrate */
+    BURIN_TRACKER_SDF =
+        1, /* burin_scan aligns depth with the signed distance field (Bylow et al., RSS 2013) */
+    BURIN_TRACKER_ICP = 2 /* burin_scan aligns depth with a raycast of the map (KinectFusion 2011) */
+} burin_tracker;
+
+/* Fill with burin_config_default() or burin_scan_config_default(), then change what you need. */
 typedef struct burin_config {
     uint32_t struct_size; /* sizeof(burin_config), set by burin_config_default */
     uint32_t version;     /* BURIN_CONFIG_VERSION, set by burin_config_default */
@@ -117,12 +124,19 @@ typedef struct burin_config {
     uint32_t store_chunks; /* > 0: burin_store_open will be called; room to know so many chunks (of the whole
                               map) by their place in the file, 36 bytes of the budget each, and 0.4 MiB for
                               buffers; at most 2^27. One more thread does the writing. Default 0 */
-    uint32_t reserved[6];  /* zero */
+    uint32_t tracker;      /* a burin_tracker; its memory, some 3 MiB, is in the budget. Default none */
+    uint32_t track_colour; /* 1: also by brightness against keyframes, where frames have colour. Default 1 */
+    uint32_t track_gyro;   /* 1: also by the gyroscope, where frames have samples. Default 1 */
+    uint32_t reserved[3];  /* zero */
 } burin_config;
 
 #define BURIN_CONFIG_VERSION 1u
 
 BURIN_API burin_config burin_config_default(void);
+/* The same for burin_scan: tracker SDF; a truncation of 8 voxels, since a pose further off than that finds no
+ * gradient; bilateral and edge_removal 1, weight by 1 / z^2: what tracks best on the sequences of
+ * docs/tracking.md. */
+BURIN_API burin_config burin_scan_config_default(void);
 
 /* The exact number of bytes burin_create will use for this configuration: at most budget_bytes, short of it
  * by less than one chunk with its share of the tables. *bytes is set only on success. Errors:
@@ -239,6 +253,13 @@ typedef enum burin_pixel_format {
     BURIN_PIXEL_NV21 = 7  /* the same with V U pairs (Android) */
 } burin_pixel_format;
 
+/* One reading of an inertial sensor, in its own axes. */
+typedef struct burin_imu_sample {
+    int64_t t_ns;
+    double gyro_rad_s[3]; /* angular velocity */
+    double accel_m_s2[3]; /* specific force: at rest +9.81 upwards */
+} burin_imu_sample;
+
 typedef struct burin_frame {
     uint32_t struct_size; /* sizeof(burin_frame) */
     uint32_t depth_type;  /* a burin_depth_type */
@@ -247,7 +268,7 @@ typedef struct burin_frame {
     uint64_t depth_stride_bytes; /* >= width * sample size, a multiple of the sample size */
     double depth_unit_m;         /* e.g. 0.001 for millimetres */
     burin_camera depth_camera;
-    burin_pose T_world_camera;        /* of the depth camera */
+    burin_pose T_world_camera;        /* of the depth camera; see burin_scan */
     const uint8_t* confidence;        /* a byte for each depth pixel; NULL when the sensor gives none */
     uint64_t confidence_stride_bytes; /* >= width */
     uint32_t min_confidence;      /* depth of less is ignored, 0 .. 255; ARKit gives 0 1 2, others 0 .. 255 */
@@ -258,7 +279,12 @@ typedef struct burin_frame {
     uint64_t chroma_stride_bytes; /* >= 2 * ((width + 1) / 2) */
     burin_camera colour_camera;   /* its own size and intrinsics */
     burin_pose T_colour_depth;    /* depth camera coordinates to colour camera coordinates */
-    uint32_t reserved[8];         /* zero */
+    const burin_imu_sample*
+        imu;            /* for burin_scan: readings since the previous frame's t_ns, in order of time, up to
+                           the first at or after this one's; those not finite are passed over */
+    uint32_t imu_count; /* at most 65536 */
+    burin_pose T_camera_imu; /* IMU coordinates to depth camera coordinates */
+    uint32_t reserved[8];    /* zero */
 } burin_frame;
 
 /* Zeroed but for struct_size and identity poses. */
@@ -286,6 +312,44 @@ typedef struct burin_frame_result {
  * `chunks_dropped`. With a store open nothing is dropped unless it is full or fails. Errors leave the map as
  * it was. */
 BURIN_API burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_frame_result* result);
+
+/* -------------------------------------------------------------------------------------------------------
+ * scanning: the camera is tracked (docs/tracking.md) */
+
+typedef enum burin_tracking_state {
+    BURIN_TRACKING_LOST = 0, /* no pose; nothing is fused. Later frames look for the camera near its last pose
+                                and at keyframes that look alike (Glocker et al., TVCG 2015) */
+    BURIN_TRACKING_WEAK = 1, /* a pose, but some motion is held by the prediction alone, too little fits, or
+                                the camera has just been found again; nothing is fused */
+    BURIN_TRACKING_OK = 2    /* fused */
+} burin_tracking_state;
+
+typedef struct burin_scan_result {
+    burin_frame_result fusion; /* chunk counts are 0 when nothing was fused */
+    uint32_t state;            /* a burin_tracking_state */
+    uint32_t relocalised;      /* 1: the camera was lost before this frame and is found */
+    burin_pose T_world_camera; /* of the depth camera; identity when lost */
+    uint32_t evaluations;      /* of the alignment, at any level of detail */
+    uint32_t free_directions;  /* of the six motions, those that the frame does not hold to 6 mm */
+    float weakest_m;      /* standard deviation of the motion that is held least, as arc at the mean depth */
+    float known_share;    /* of the frame's points, those in space that the map knows, 0 .. 1 */
+    float close_share;    /* of these, those within 1.5 standard deviations of the map's surface */
+    float keyframe_share; /* of the points with colour, those that the colour keyframe shows; 0 without one */
+    double track_ms;
+} burin_scan_result;
+
+/* Finds the frame's pose by itself, and fuses it when the pose is sure. The first frame of an empty map
+ * defines the world: it is fused at its T_world_camera (the identity unless set). After burin_load of a map
+ * that was saved by a scan the first frames are those of a lost camera. Otherwise T_world_camera is not
+ * looked at. `result` may be NULL. Deterministic: the same frames give the same poses, bit for bit, for any
+ * number of threads. Errors leave map and camera as they were: STATE (config.tracker is none), and those of
+ * burin_integrate. */
+BURIN_API burin_status burin_scan(burin_map map, const burin_frame* frame, burin_scan_result* result);
+
+/* The direction against gravity in the world's axes, from accelerometer readings and tracked poses;
+ * sigma_rad, may be NULL, is its standard deviation. STATE: not known (no IMU, or less than a second of it).
+ */
+BURIN_API burin_status burin_up(burin_map map, double up[3], double* sigma_rad);
 
 /* -----------------------------------------------------------------------------------------------------
  * statistics */

@@ -146,6 +146,9 @@ class Map {
     [[nodiscard]] burin_status integrate(const burin_frame& frame, burin_frame_result* result = nullptr) {
         return burin_integrate(map_, &frame, result);
     }
+    [[nodiscard]] burin_status scan(const burin_frame& frame, burin_scan_result* result = nullptr) {
+        return burin_scan(map_, &frame, result);
+    }
     [[nodiscard]] burin_status stats(burin_statistics& out) const { return burin_stats(map_, &out); }
     [[nodiscard]] burin_status hash(std::uint64_t& out) const { return burin_hash(map_, &out); }
 

@@ -10,6 +10,7 @@
 #include "api/call.h"
 #include "api/config.h"
 #include "api/frame_check.h"
+#include "api/frame_result.h"
 #include "simd/targets.h"
 
 using namespace burin;
@@ -68,6 +69,19 @@ burin_config burin_config_default(void) {
     c.max_width = 640;
     c.max_height = 480;
     c.threads = 1;
+    c.tracker = BURIN_TRACKER_NONE;
+    c.track_colour = 1;
+    c.track_gyro = 1;
+    return c;
+}
+
+burin_config burin_scan_config_default(void) {
+    burin_config c = burin_config_default();
+    c.tracker = BURIN_TRACKER_SDF;
+    c.truncation_voxels = 8;
+    c.weight = BURIN_WEIGHT_INVERSE_Z2;
+    c.bilateral = 1;
+    c.edge_removal = 1;
     return c;
 }
 
@@ -77,6 +91,7 @@ burin_frame burin_frame_default(void) {
     f.depth_unit_m = 0.001;
     f.T_world_camera.qw = 1;
     f.T_colour_depth.qw = 1;
+    f.T_camera_imu.qw = 1;
     return f;
 }
 
@@ -158,17 +173,8 @@ burin_status burin_integrate(burin_map map, const burin_frame* frame, burin_fram
         FrameView view;
         BURIN_TRY(checked_frame(*frame, state.config, &view));
         const FrameReport r = state.session.integrate(view, state.jobs);
-        std::uint32_t flags = 0;
-        if (r.chunks.dropped > 0) flags |= BURIN_FLAG_POOL_FULL;
-        if (r.store_full) flags |= BURIN_FLAG_STORE_FULL;
-        if (r.store_failed) flags |= BURIN_FLAG_STORE_FAILED;
-        if (r.chunks.dropped > 0 && !state.told_full) {
-            state.told_full = true;
-            log_line(BURIN_LOG_WARNING, "the map is full, chunks are dropped: raise budget_bytes or voxel_m");
-        }
-        if (result)
-            *result = {flags,          r.chunks.fused, r.chunks.added, r.chunks.carved, r.chunks.dropped,
-                       r.valid_pixels, r.depth_ms,     r.integrate_ms};
+        const burin_frame_result fused = frame_result(r, &state);
+        if (result) *result = fused;
         return {};
     });
 }

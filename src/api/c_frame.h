@@ -39,6 +39,12 @@ inline burin_frame c_frame(const Frame& f) {
     out.depth_unit_m = f.depth_unit_m;
     out.depth_camera = c_camera(f.depth_camera);
     out.T_world_camera = c_pose(f.T_world_camera);
+    if (!f.imu.empty()) {
+        out.imu =
+            reinterpret_cast<const burin_imu_sample*>(f.imu.data());  // the same layout, see frame_check.cpp
+        out.imu_count = static_cast<std::uint32_t>(f.imu.size());
+        out.T_camera_imu = c_pose(f.T_camera_imu);
+    }
     if (f.colour.empty()) return out;
     out.colour = f.colour.pixels.data();
     out.colour_stride_bytes = static_cast<std::uint64_t>(f.colour_camera.width) * 3;

@@ -50,6 +50,9 @@ Status check_config(const burin_config& c) {
     BURIN_TRY(in_range("max_height", c.max_height, 1, kMaxImageSide));
     BURIN_TRY(in_range("threads", c.threads, 1, kMaxThreads));
     BURIN_TRY(in_range("store_chunks", c.store_chunks, 0, 1u << 27));
+    BURIN_TRY(in_range("tracker", c.tracker, 0, BURIN_TRACKER_ICP));
+    BURIN_TRY(in_range("track_colour", c.track_colour, 0, 1));
+    BURIN_TRY(in_range("track_gyro", c.track_gyro, 0, 1));
     for (const std::uint32_t reserved : c.reserved)
         if (reserved != 0)
             return Status::error(Code::invalid_argument, "config: a reserved field is %u, expected 0",
@@ -83,6 +86,10 @@ FusionOptions options_of(const burin_config& c) {
     o.integration.max_weight = static_cast<std::uint16_t>(c.max_weight * simd::kWeightOne);
     o.integration.along_ray = c.truncation_along == BURIN_TRUNCATION_ALONG_RAY;
     o.integration.carve = c.carve != 0;
+
+    o.tracking.tracker = static_cast<Tracker>(c.tracker);
+    o.tracking.colour = c.track_colour != 0;
+    o.tracking.gyro = c.track_gyro != 0;
 
     o.store_chunks = c.store_chunks;
     o.volume.colour = c.colour != 0;

@@ -2,6 +2,7 @@
 #include "api/frame_check.h"
 
 #include <cmath>
+#include <cstddef>
 
 #include "map/chunk.h"
 
@@ -62,6 +63,19 @@ Status check_colour(const burin_frame& f, FrameView* v) {
     v->colour_format = static_cast<PixelFormat>(f.colour_format);
     v->colour = {f.colour, v->colour_camera.width, v->colour_camera.height,
                  static_cast<std::ptrdiff_t>(f.colour_stride_bytes), kPixelBytes[f.colour_format]};
+    return {};
+}
+
+static_assert(sizeof(burin_imu_sample) == sizeof(ImuSample) && offsetof(ImuSample, gyro_rad_s) == 8 &&
+              offsetof(ImuSample, accel_m_s2) == 32);
+
+Status check_imu(const burin_frame& f, FrameView* v) {
+    if (f.imu_count > 65536)
+        return Status::error(Code::invalid_argument, "frame: imu_count is %u, expected at most 65536",
+                             f.imu_count);
+    BURIN_TRY(checked_pose(f.T_camera_imu, "T_camera_imu", &v->T_camera_imu));
+    v->imu = reinterpret_cast<const ImuSample*>(f.imu);  // the same layout, see above
+    v->imu_count = static_cast<int>(f.imu_count);
     return {};
 }
 
@@ -137,6 +151,7 @@ Status checked_frame(const burin_frame& f, const burin_config& config, FrameView
     BURIN_TRY(checked_world_pose(f.T_world_camera, config, &v.T_world_camera));
     if (f.confidence) BURIN_TRY(check_confidence(f, &v));
     if (f.colour) BURIN_TRY(check_colour(f, &v));
+    if (f.imu) BURIN_TRY(check_imu(f, &v));
     *out = v;
     return {};
 }

@@ -114,6 +114,14 @@ nlohmann::json stage_summary(std::vector<double> ms) {
 
 MapOptions::MapOptions() { config.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u); }
 
+void MapOptions::start_from_scan() {
+    const std::uint32_t threads = config.threads;
+    config = burin_scan_config_default();
+    config.threads = threads;
+    weight = "inverse-z2";
+    budget = "1GiB";  // a room at 5 mm with a band of 8 voxels takes 0.9 GB with colour
+}
+
 void MapOptions::add_to(CLI::App& app) {
     app.add_option("--voxel", config.voxel_m, "edge of a voxel, metres")->capture_default_str();
     app.add_option("--truncation", config.truncation_voxels, "truncation distance, voxels")

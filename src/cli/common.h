@@ -59,6 +59,8 @@ struct MapOptions {
     bool no_colour = false, no_carve = false;
 
     MapOptions();
+    // The defaults of burin_scan_config_default, in room for what a scan of a room takes.
+    void start_from_scan();
     void add_to(CLI::App& app);
     // After parsing: what is text goes into the config; a line on error.
     Status finish();
@@ -112,6 +114,7 @@ bool is_map_file(const std::string& path);
 
 // The commands. Each adds its sub-command; the callback's result goes to *exit.
 void add_fuse(CLI::App& app, int* exit);
+void add_scan(CLI::App& app, int* exit);
 void add_synth(CLI::App& app, int* exit);
 void add_mesh(CLI::App& app, int* exit);
 void add_render(CLI::App& app, int* exit);

@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);  // none is complained of below: here it would hide a misspelt one
     int exit = kDone;
     add_fuse(app, &exit);
+    add_scan(app, &exit);
     add_synth(app, &exit);
     add_mesh(app, &exit);
     add_render(app, &exit);
@@ -29,7 +30,8 @@ int main(int argc, char** argv) {
         return complain(kFailed, error.what());
     }
     if (app.get_subcommands().empty())
-        return complain(kBadInput,
-                        "no command, expected fuse, synth, mesh, render, eval or config (see burin --help)");
+        return complain(
+            kBadInput,
+            "no command, expected fuse, scan, synth, mesh, render, eval or config (see burin --help)");
     return exit;
 }

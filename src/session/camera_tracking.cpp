@@ -7,14 +7,16 @@
 namespace burin {
 namespace {
 
-// After the camera was found again, or at the start of a map from a file, that many frames must follow one another
-// before one is fused: a wrong place does not stay right for long.
+// After the camera was found again, or at the start of a map from a file, that many frames must follow one
+// another before one is fused: a wrong place does not stay right for long.
 constexpr int kSureFrames = 3;
-// Keyframes tried for a lost camera, a frame: of five the right one is among them 97 times in 100 (docs/relocalisation.md).
+// Keyframes tried for a lost camera, a frame: of five the right one is among them 97 times in 100
+// (docs/relocalisation.md).
 constexpr int kCandidates = 5;
 // What a place has to explain to be believed without a prediction.
 constexpr double kFoundClose = 0.7, kFoundKnown = 0.4;
-// While two thirds of the bright points find themselves in the keyframe it serves: each new one adds its own error.
+// While two thirds of the bright points find themselves in the keyframe it serves: each new one adds its own
+// error.
 constexpr double kKeyframeShare = 0.66;
 
 }  // namespace
@@ -56,7 +58,8 @@ PoseMeasurement& CameraTracking::measurement() {
     return joint_;
 }
 
-TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& depth, const FrameView& frame, Jobs& jobs) {
+TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& depth, const FrameView& frame,
+                                     Jobs& jobs) {
     TrackingReport report;
     points_.build(depth, jobs);
     bright_ = options_.colour && grey_.build(frame, jobs);
@@ -85,15 +88,16 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     }
     keep(depth, frame, report);
     sure_ = report.state == TrackingState::tracking ? sure_ + 1 : std::min(sure_, kSureFrames);
-    if (sure_ <= kSureFrames && report.state == TrackingState::tracking && frames_ > 1) report.state = TrackingState::weak;
+    if (sure_ <= kSureFrames && report.state == TrackingState::tracking && frames_ > 1)
+        report.state = TrackingState::weak;
     return report;
 }
 
 // One frame after another: the better of the predicted starts, down to the pose.
 PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
     const bool gyro = options_.gyro && frame.imu_count > 0;
-    const Prediction ahead = prior_.predict(frame.t_ns, gyro ? frame.imu : nullptr, gyro ? frame.imu_count : 0,
-                                            frame.T_camera_imu);
+    const Prediction ahead = prior_.predict(frame.t_ns, gyro ? frame.imu : nullptr,
+                                            gyro ? frame.imu_count : 0, frame.T_camera_imu);
     const Se3& predicted = ahead.has_gyro ? ahead.gyro : ahead.constant_velocity;
     PoseMeasurement& measured = measurement();
     constexpr int kCoarsest = TrackPoints::kLevels - 1;
@@ -109,7 +113,8 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
     }
     PoseFit fit = descend(measured, moving <= still ? predicted : ahead.still, prior, options_.descent);
     const double gap_s = static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9;
-    report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera), std::max(gap_s, 0.0));
+    report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera),
+                            std::max(gap_s, 0.0));
     report->evaluations = fit.evaluations + 2;
     return fit;
 }
@@ -128,7 +133,8 @@ PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& fra
         const PoseFit fit = descend(sdf_, starts[i], {}, options_.descent);
         report->evaluations += fit.evaluations;
         Verdict v = judge(fit, points_.mean_depth_m(), {}, 0);
-        if (v.state == TrackingState::lost || v.close_share < kFoundClose || v.known_share < kFoundKnown) continue;
+        if (v.state == TrackingState::lost || v.close_share < kFoundClose || v.known_share < kFoundKnown)
+            continue;
         if (report->relocalised && fit.cost >= best.cost) continue;
         report->relocalised = true;
         report->verdict = v;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the camera is, frame after frame: predict, align with the map, judge; and when it was lost, find it again.
+// Where the camera is, frame after frame: predict, align with the map, judge; and when it was lost, find it
+// again.
 #pragma once
 
 #include "capture/frame.h"
@@ -26,7 +27,8 @@ struct TrackingOptions {
     Tracker tracker = Tracker::none;
     bool colour = true;  // also the brightness against a keyframe, where frames have colour
     bool gyro = true;    // also the gyroscope, where frames have samples
-    // Of a colour residual beside one of depth, each in its own deviations. Equal: neither was better on all sequences.
+    // Of a colour residual beside one of depth, each in its own deviations. Equal: neither was better on all
+    // sequences.
     double colour_weight = 1;
     DescentOptions descent;
     FernOptions ferns;

@@ -131,6 +131,8 @@ class FusionSession {
         }
         return volume_.live() + std::uint64_t{store_.away()};
     }
+    // Unit vector against gravity in the world, once an IMU told; see GravityFilter.
+    bool gravity(Vec3d* up_world, double* sigma_rad) const { return tracking_.gravity(up_world, sigma_rad); }
     const ChunkStore& store() const { return store_; }
 
     const Volume& volume() const { return volume_; }

@@ -15,8 +15,8 @@ struct Measured {
     NormalEquations system;
     double median = 0;      // of |residual|, in standard deviations of a reading, over the points that count
     double considered = 0;  // points of the level, found in the model or not
-    // Of geometry alone: points of the level, of those the ones in space that was observed before, and of those the ones
-    // within kCloseSigmas of the surface.
+    // Of geometry alone: points of the level, of those the ones in space that was observed before, and of
+    // those the ones within kCloseSigmas of the surface.
     double depth_points = 0, known = 0, close = 0;
     // Of colour alone: points with brightness, and of those the ones the keyframe shows too.
     double bright = 0, seen = 0;

@@ -6,11 +6,13 @@
 namespace burin {
 namespace {
 
-// Of points in observed space. Right poses reach 0.8 and more on every sequence tried; wrong ones stay below a half.
+// Of points in observed space. Right poses reach 0.8 and more on every sequence tried; wrong ones stay below
+// a half.
 constexpr double kCloseTracking = 0.5, kCloseWeak = 0.3;
 // Of all points: less known surroundings than that are no hold.
 constexpr double kKnownTracking = 0.25, kKnownWeak = 0.1;
-// A motion held no better than this, metres, is free: a fifth of what is allowed to go wrong in a weak stretch.
+// A motion held no better than this, metres, is free: a fifth of what is allowed to go wrong in a weak
+// stretch.
 constexpr double kFreeSigma_m = 0.006;
 // Hand-held cameras stay below 20 m/s^2 and 40 rad/s^2 beyond what was predicted.
 constexpr double kJump_m = 0.1, kJump_m_s = 1.0, kJump_rad = 0.15, kJump_rad_s = 2.0;

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+#include "cli/reconstruct.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include "datasets/prefetch.h"
+#include "export/mesh_file.h"
+
+namespace burin::cli {
+namespace {
+
+// What a renderer that follows along would ask for after every frame.
+class MeshStream {
+  public:
+    MeshStream() : positions_(3 * 1944), normals_(3 * 1944), colours_(3 * 1944), triangles_(3 * 2560) {}
+    Status update(burin_map map, const burin_mesh_options& options) {
+        std::uint64_t count = 0;
+        while (burin_dirty_chunks(map, keys_.data(), keys_.size(), &count) == BURIN_INSUFFICIENT_MEMORY)
+            keys_.resize(count);
+        for (std::uint64_t i = 0; i < count; ++i) {
+            burin_mesh_buffers buffers = {
+                1944, 2560, positions_.data(), normals_.data(), colours_.data(), triangles_.data(), 0, 0};
+            BURIN_TRY(status_of(burin_chunk_mesh(map, keys_[i], &options, &buffers), map));
+        }
+        return {};
+    }
+
+  private:
+    std::vector<burin_chunk_key> keys_{1};
+    std::vector<float> positions_, normals_;
+    std::vector<std::uint8_t> colours_;
+    std::vector<std::uint32_t> triangles_;
+};
+
+// Feeds frames begin..end-1 to the map. The first failing status is returned with the frame it belongs to.
+Status take_frames(const ReconstructOptions& o, const ReconstructSteps& steps, const Dataset& dataset,
+                   int begin, int end, burin_map map, Totals* totals) {
+    // Decoding a VGA pair takes about 8 ms on one core; two frames ahead hide its jitter.
+    FramePrefetcher prefetcher(dataset, begin, end, 4, 1);
+    Progress progress(steps.name, end - begin, o.quiet);
+    MeshStream stream;
+    Frame frame;
+    for (int i = 0;; ++i) {
+        const Result<bool> got = prefetcher.next(&frame);
+        if (!got.ok()) return got.status();
+        if (!*got) return {};
+        ++totals->frames;
+        const int fused = totals->fused;
+        std::string note;
+        const burin_status status = steps.take(frame, map, totals, &note);
+        if (status != BURIN_OK)
+            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.dataset.c_str(),
+                                 prefetcher.index(), burin_last_error(map));
+        if (totals->fused > fused) {
+            // A commit that fails leaves the one before; the next tries again, and the end of the run tells.
+            if (o.store_commit > 0 && totals->fused % o.store_commit == 0) burin_store_commit(map);
+            if (o.stream_mesh) {
+                const double start = now_ms();
+                BURIN_TRY(stream.update(map, o.mesh.options));
+                totals->mesh_ms.push_back(now_ms() - start);
+            }
+        }
+        burin_statistics stats;
+        burin_stats(map, &stats);
+        const double used = static_cast<double>(stats.chunks_live) / stats.chunks_capacity;
+        char memory[80];
+        std::snprintf(memory, sizeof memory, "memory %.0f/%.0f MiB",
+                      used * static_cast<double>(stats.arena_bytes) / 1048576,
+                      static_cast<double>(stats.arena_bytes) / 1048576);
+        progress.update(i + 1, note.empty() ? memory : note + ", " + memory);
+    }
+}
+
+double area_m2(const TriangleMesh& mesh) {
+    double area = 0;
+    for (const auto& t : mesh.triangles) {
+        const Vec3d a = to_double(mesh.positions[t[0]]), b = to_double(mesh.positions[t[1]]),
+                    c = to_double(mesh.positions[t[2]]);
+        area += norm(cross(b - a, c - a)) / 2;
+    }
+    return area;
+}
+
+nlohmann::json make_report(const ReconstructOptions& o, burin_map map, const Totals& t, double surface_m2) {
+    burin_statistics s;
+    burin_stats(map, &s);
+    std::uint64_t hash = 0;
+    burin_hash(map, &hash);
+    const nlohmann::json none = stage_summary({});
+    // A chunk is 512 voxels of 4 bytes, and 4 of colour.
+    const double chunk_bytes = static_cast<double>(s.chunks_live) * (o.map.config.colour ? 4096 : 2048);
+    return {{"frames", t.frames},
+            {"tracked", t.fused},
+            {"stages",
+             {{"depth", stage_summary(t.depth_ms)},
+              {"track", stage_summary(t.track_ms)},
+              {"integrate", stage_summary(t.integrate_ms)},
+              {"mesh", stage_summary(t.mesh_ms)},
+              {"planes", none}}},
+            {"chunks",
+             {{"live", s.chunks_live},
+              {"high_water", s.chunks_high_water},
+              {"capacity", s.chunks_capacity},
+              {"dropped", t.dropped},
+              {"evicted", s.chunks_evicted},
+              {"reloaded", s.chunks_reloaded},
+              {"stored", s.chunks_stored}}},
+            {"memory",
+             {{"budget_bytes", o.map.config.budget_bytes},
+              {"arena_bytes", s.arena_bytes},
+              {"store_bytes", s.store_bytes},
+              {"peak_rss_bytes", peak_rss_bytes()},
+              {"surface_m2", surface_m2},
+              {"bytes_per_m2", surface_m2 > 0 ? chunk_bytes / surface_m2 : 0.0}}},
+            {"voxel_m", s.voxel_m},
+            {"truncation_m", s.truncation_m},
+            {"threads", o.map.config.threads},
+            {"simd", burin_simd_name()},
+            {"map_hash", hex64(hash)},
+            {"version", burin_version()}};
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+}
+
+Status open_store(const ReconstructOptions& o, burin_map map) {
+    std::error_code ignored;
+    if (!o.store_resume && std::filesystem::exists(o.store, ignored))
+        return Status::error(Code::invalid_argument,
+                             "--store: %s exists; --store-resume goes on from its last commit",
+                             o.store.c_str());
+    const std::uint32_t mode = o.store_resume ? BURIN_STORE_RESUME : BURIN_STORE_NEW;
+    return status_of(burin_store_open(map, o.store.c_str(), mode), map);
+}
+
+// Commits at the end; a disk that refuses is told and is no failure of the run, whose results are yet to be
+// written.
+void end_store(const ReconstructOptions& o, burin_map map, const Totals& totals) {
+    const Status committed = status_of(burin_store_commit(map), map);
+    if (!committed.ok())
+        std::fprintf(stderr, "burin: %s; the store stays at its last commit\n", committed.text());
+    else if (totals.store_flags & BURIN_FLAG_STORE_FULL)
+        std::fprintf(stderr,
+                     "burin: %s: the store was full; more room on its disk, or --store-chunks (now %u)\n",
+                     o.store.c_str(), o.map.config.store_chunks);
+}
+
+}  // namespace
+
+void Totals::add(const burin_frame_result& result) {
+    ++fused;
+    dropped += result.chunks_dropped;
+    full_frames += (result.flags & BURIN_FLAG_POOL_FULL) != 0;
+    store_flags |= result.flags & (BURIN_FLAG_STORE_FULL | BURIN_FLAG_STORE_FAILED);
+    integrate_ms.push_back(result.integrate_ms);
+}
+
+int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
+    if (const Status status = o.map.finish(); !status.ok()) return complain_input(status);
+    if (o.store.empty() && (o.store_resume || o.store_commit > 0))
+        return complain(kBadInput, "--store-resume and --store-commit go with --store PATH");
+    if (o.store_resume && !o.resume.empty())
+        return complain(kBadInput, "--resume and --store-resume: expected one of them, both replace the map");
+    int begin = 0, end = 1000000000;
+    if (!o.frames.empty() && !parse_range(o.frames, &begin, &end))
+        return complain(kBadInput, "--frames: '" + o.frames + "', expected A:B with A < B");
+    const auto dataset = open_dataset(o.dataset, o.format);
+    if (!dataset.ok()) return complain_input(dataset.status());
+    end = std::min(end, (*dataset)->frame_count());
+    if (begin >= end)
+        return complain(kBadInput, o.dataset + ": " + std::to_string((*dataset)->frame_count()) +
+                                       " frames, --frames asks for those from " + std::to_string(begin) +
+                                       " on");
+    // The first frame tells the size that the map has to make room for.
+    Frame first;
+    if (const Status status = (*dataset)->load(begin, &first); !status.ok()) return complain_input(status);
+    o.map.config.max_width = static_cast<std::uint32_t>(first.depth_camera.width);
+    o.map.config.max_height = static_cast<std::uint32_t>(first.depth_camera.height);
+
+    // An eighth of the budget; of a small one more, since a store of few chunks would soon be full.
+    if (!o.store.empty() && o.map.config.store_chunks == 0) {
+        const std::uint64_t budget = o.map.config.budget_bytes;
+        const std::uint64_t chunks =
+            std::max(budget / 8 / 36, std::min<std::uint64_t>(65536, budget / 4 / 36));
+        o.map.config.store_chunks = static_cast<std::uint32_t>(std::min<std::uint64_t>(chunks, 1u << 27));
+    }
+    OwnedMap map;
+    if (const Status status = map.create(o.map.config); !status.ok()) return complain_input(status);
+    if (!o.resume.empty())
+        if (const Status status = status_of(burin_load(map.get(), o.resume.c_str()), map.get()); !status.ok())
+            return complain_input(status);
+    if (!o.store.empty())
+        if (const Status status = open_store(o, map.get()); !status.ok()) return complain_input(status);
+    if (const Status status = prepare_folder(o.output); !status.ok()) return complain_output(status);
+
+    Totals totals;
+    if (const Status status = take_frames(o, steps, **dataset, begin, end, map.get(), &totals); !status.ok())
+        return complain_input(status);
+    const std::vector<std::string> notes = lines_of((*dataset)->notes());
+    if (totals.fused == 0) {
+        const std::string why =
+            totals.without_pose == totals.frames
+                ? "none of the " + std::to_string(totals.frames) + " frames has a pose"
+                : "none of the " + std::to_string(totals.frames) + " frames could be fused";
+        return complain(kBadInput, o.dataset + ": " + why + (notes.empty() ? "" : " (" + notes.back() + ")"));
+    }
+    if (!o.quiet)
+        for (const std::string& note : notes) std::fprintf(stderr, "burin: %s\n", note.c_str());
+    if (totals.dropped > 0)
+        std::fprintf(stderr,
+                     "burin: the map is full: %llu chunks dropped in %d of %d frames; raise --budget (now "
+                     "%s) or --voxel\n",
+                     static_cast<unsigned long long>(totals.dropped), totals.full_frames, totals.fused,
+                     o.map.budget.c_str());
+
+    if (!o.store.empty()) end_store(o, map.get(), totals);
+
+    TriangleMesh mesh;
+    const double start = now_ms();
+    burin_statistics stats;
+    burin_stats(map.get(), &stats);
+    const bool colour = !o.map.no_colour;
+    const Status meshed = stats.chunks_stored > 0 ? extract_stored_mesh(map.get(), o.mesh, colour, &mesh)
+                                                  : extract_mesh(map.get(), o.mesh, colour, &mesh);
+    if (!meshed.ok()) return complain_output(meshed);
+    if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
+
+    if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok())
+        return complain_output(status);
+    if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get());
+        !status.ok())
+        return complain_output(status);
+    nlohmann::json report = make_report(o, map.get(), totals, area_m2(mesh));
+    if (steps.report) steps.report(totals, &report);
+    if (steps.finish)
+        if (const Status status = steps.finish(totals); !status.ok()) return complain_output(status);
+    if (const Status status = write_json(o.output + "/report.json", report); !status.ok())
+        return complain_output(status);
+    if (o.json) {
+        std::printf("%s\n", report.dump().c_str());
+    } else if (!o.quiet) {
+        std::printf("%s: %zu vertices, %zu triangles from %d of %d frames\n",
+                    (o.output + "/" + o.mesh_name).c_str(), mesh.positions.size(), mesh.triangles.size(),
+                    totals.fused, totals.frames);
+    }
+    return kDone;
+}
+
+void ReconstructOptions::add_to(CLI::App& app) {
+    app.add_option("-o,--output", output, "folder for the results")->required();
+    app.add_option("--format", format, "layout of the data set (recognised by itself otherwise)");
+    app.add_option("--frames", frames, "A:B, only frames A..B-1");
+    app.add_option("--mesh", mesh_name, "name of the mesh file: .ply .obj .glb .stl")->capture_default_str();
+    app.add_option("--resume", resume, "a map.burin to go on from");
+    app.add_option("--store", store, "a file for the chunks that find no room in the budget");
+    app.add_flag("--store-resume", store_resume, "go on from the store's last commit");
+    app.add_option("--store-commit", store_commit, "also commit the store after every so many frames")
+        ->check(CLI::NonNegativeNumber);
+    app.add_flag("--stream-mesh", stream_mesh,
+                 "also mesh the changed chunks after every frame, as an app would");
+    app.add_flag("--json", json, "print the report on stdout");
+    app.add_flag("--quiet", quiet, "no progress, no notes");
+    map.add_to(app);
+    mesh.add_to(app);
+}
+
+}  // namespace burin::cli

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// What fuse and scan share: a recorded sequence in, frame by frame; mesh, map and report out.
+#pragma once
+
+#include <functional>
+
+#include "cli/common.h"
+#include "core/trajectory.h"
+#include "datasets/open.h"
+
+namespace burin::cli {
+
+struct ReconstructOptions {
+    std::string dataset, output, format, frames, mesh_name = "mesh.ply", resume, store;
+    bool store_resume = false;
+    int store_commit = 0;
+    MapOptions map;
+    MeshFlags mesh;
+    bool json = false, quiet = false, stream_mesh = false;
+    void add_to(CLI::App& app);
+};
+
+struct Totals {
+    int frames = 0, fused = 0, without_pose = 0, full_frames = 0;
+    int tracked = 0, weak = 0, lost = 0, relocalised = 0;
+    std::uint64_t dropped = 0;
+    std::uint32_t store_flags = 0;
+    std::vector<double> depth_ms, track_ms, integrate_ms, mesh_ms;
+    Trajectory trajectory;  // of scan: the frames that have a pose
+
+    // Of one frame that was fused.
+    void add(const burin_frame_result& result);
+};
+
+// Hands one frame of the data set to the map. May be called with frames that have no pose. *note: a word for
+// the progress line.
+using TakeFrame =
+    std::function<burin_status(const Frame& frame, burin_map map, Totals* totals, std::string* note)>;
+
+// Runs the whole command: `name` for the progress line, `take` for every frame, `report` may add to
+// report.json, and `finish` writes what else belongs in the output folder. Returns the exit code.
+struct ReconstructSteps {
+    const char* name;
+    TakeFrame take;
+    std::function<void(const Totals& totals, nlohmann::json* report)> report;
+    std::function<Status(const Totals& totals)> finish;
+};
+int reconstruct(ReconstructOptions& options, const ReconstructSteps& steps);
+
+}  // namespace burin::cli

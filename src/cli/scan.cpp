@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// burin scan: recorded depth and colour in, the camera tracked; trajectory, mesh, map and report out.
+#include "api/c_frame.h"
+#include "cli/reconstruct.h"
+#include "datasets/trajectory_file.h"
+
+namespace burin::cli {
+namespace {
+
+struct ScanOptions {
+    ReconstructOptions common;
+    std::string tracker = "sdf";
+    bool no_track_colour = false, no_gyro = false;
+};
+
+// The first frame with a pose tells the world it is in (its z up, if the data set's is); the others' are not
+// looked at.
+burin_status scan_frame(const Frame& frame, burin_map map, Totals* totals, std::string* note) {
+    burin_frame in = c_frame(frame);
+    if (!frame.has_pose) in.T_world_camera = burin_frame_default().T_world_camera;
+    burin_scan_result result;
+    const burin_status status = burin_scan(map, &in, &result);
+    if (status != BURIN_OK) return status;
+    totals->depth_ms.push_back(result.fusion.depth_ms);
+    totals->track_ms.push_back(result.track_ms);
+    totals->relocalised += result.relocalised != 0;
+    if (result.state == BURIN_TRACKING_LOST) {
+        ++totals->lost;
+        *note = "lost";
+        return BURIN_OK;
+    }
+    const burin_pose& p = result.T_world_camera;
+    const Result<Se3> T = se3_from_quaternion({p.tx, p.ty, p.tz}, {p.qx, p.qy, p.qz, p.qw});
+    if (T.ok()) totals->trajectory.push_back({frame.t_ns, *T});
+    if (result.state == BURIN_TRACKING_WEAK) {
+        ++totals->weak;
+        *note = "weak";
+        return BURIN_OK;
+    }
+    ++totals->tracked;
+    *note = "tracking";
+    totals->add(result.fusion);
+    return BURIN_OK;
+}
+
+Status finish_options(ScanOptions& o) {
+    burin_config& config = o.common.map.config;
+    config.tracker = o.tracker == "icp" ? BURIN_TRACKER_ICP : BURIN_TRACKER_SDF;
+    config.track_colour = !o.no_track_colour;
+    config.track_gyro = !o.no_gyro;
+    return {};
+}
+
+}  // namespace
+
+void add_scan(CLI::App& app, int* exit) {
+    auto* command = app.add_subcommand(
+        "scan",
+        "Track the camera of a sequence and fuse it: trajectory.txt, mesh.ply, map.burin, report.json");
+    auto o = std::make_shared<ScanOptions>();
+    o->common.map.start_from_scan();
+    command->add_option("source", o->common.dataset, "folder of the sequence")->required();
+    o->common.add_to(*command);
+    command->add_option("--tracker", o->tracker, "sdf or icp")
+        ->check(CLI::IsMember({"sdf", "icp"}))
+        ->capture_default_str();
+    command->add_flag("--no-track-colour", o->no_track_colour, "track by depth alone");
+    command->add_flag("--no-gyro", o->no_gyro, "leave the gyroscope out");
+    command->callback([o, exit] {
+        if (const Status status = finish_options(*o); !status.ok()) {
+            *exit = complain_input(status);
+            return;
+        }
+        *exit = reconstruct(
+            o->common,
+            {"scan", scan_frame,
+             [](const Totals& t, nlohmann::json* report) {
+                 (*report)["tracking"] = {
+                     {"ok", t.tracked}, {"weak", t.weak}, {"lost", t.lost}, {"relocalised", t.relocalised}};
+             },
+             [o](const Totals& t) {
+                 return write_tum_trajectory(o->common.output + "/trajectory.txt", t.trajectory);
+             }});
+    });
+}
+
+}  // namespace burin::cli
