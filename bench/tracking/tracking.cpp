@@ -22,7 +22,7 @@ struct Options {
     std::vector<std::string> datasets;
     burin_config config = burin_config_default();
     int first = 0, last = 1 << 30, threads = 2;
-    std::string weight = "inverse-z2", drop = "linear", trajectory;
+    std::string weight = "inverse-z2", drop = "linear", trajectory, tracker = "sdf";
     bool verbose = false, given = false;
 };
 
@@ -36,7 +36,7 @@ int run_one(const Options& o, const std::string& folder) {
     const auto dataset = open_dataset(folder, "");
     if (!dataset.ok()) return std::fprintf(stderr, "%s\n", dataset.status().text()), 1;
     FusionOptions options = options_of(o.config);
-    options.tracking.tracker = Tracker::sdf;
+    options.tracking.tracker = o.tracker == "icp" ? Tracker::icp : Tracker::sdf;
     options.budget_bytes = std::uint64_t{2} << 30;
     std::uint64_t bytes = 0;
     options.volume.capacity = FusionSession::capacity_for(options, &bytes);
@@ -105,6 +105,7 @@ int main(int argc, char** argv) {
     app.add_option("--max-depth", o.config.max_depth_m);
     app.add_option("--max-weight", o.config.max_weight);
     app.add_option("--weight", o.weight);
+    app.add_option("--tracker", o.tracker)->check(CLI::IsMember({"sdf", "icp"}));
     app.add_option("--drop", o.drop);
     app.add_option("--edge-removal", o.config.edge_removal);
     app.add_option("--angle-weight", o.config.angle_weight);

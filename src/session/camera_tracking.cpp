@@ -7,7 +7,9 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
     options_ = options;
     if (options.tracker == Tracker::none) return;
     points_.place(arena, depth.max_width, depth.max_height);
-    sdf_.place(arena);
+    if (options.tracker == Tracker::sdf) sdf_.place(arena);
+    if (options.tracker == Tracker::icp) icp_.place(arena, depth.max_width, depth.max_height);
+    max_depth_m_ = depth.max_depth_m;
 }
 
 TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& depth, const FrameView& frame,
@@ -21,11 +23,18 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
         ++frames_;
         return report;
     }
-    sdf_.look_at(volume, points_, jobs);
     const Se3 moving = orthonormal(last_ * (before_.inverse() * last_));
-    const double still_cost = cost_at(sdf_.measure(last_, TrackPoints::kLevels - 1, 1));
-    const double moving_cost = cost_at(sdf_.measure(moving, TrackPoints::kLevels - 1, 1));
-    const PoseFit found = descend(sdf_, moving_cost < still_cost ? moving : last_, {}, {});
+    PoseMeasurement* measurement = &sdf_;
+    if (options_.tracker == Tracker::icp) {
+        icp_.look_at(points_, jobs);
+        icp_.look_from(volume, points_.level(0).camera, moving, max_depth_m_, jobs);
+        measurement = &icp_;
+    } else {
+        sdf_.look_at(volume, points_, jobs);
+    }
+    const double still_cost = cost_at(measurement->measure(last_, TrackPoints::kLevels - 1, 1));
+    const double moving_cost = cost_at(measurement->measure(moving, TrackPoints::kLevels - 1, 1));
+    const PoseFit found = descend(*measurement, moving_cost < still_cost ? moving : last_, {}, {});
     report.T_world_camera = found.T_world_camera;
     report.evaluations = found.evaluations + 2;
     report.inlier_share = found.system.points > 0 ? found.system.inliers / found.system.points : 0;

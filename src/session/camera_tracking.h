@@ -8,6 +8,7 @@
 #include "depth/depth_image.h"
 #include "map/volume.h"
 #include "track/descent.h"
+#include "track/icp_tracker.h"
 #include "track/sdf_tracker.h"
 #include "track/track_points.h"
 
@@ -40,6 +41,8 @@ class CameraTracking {
     TrackingOptions options_;
     TrackPoints points_;
     SdfTracker sdf_;
+    IcpTracker icp_;
+    float max_depth_m_ = 0;
     int frames_ = 0;
     std::int64_t last_t_ns_ = 0;
     Se3 last_, before_;
