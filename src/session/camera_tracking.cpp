@@ -27,7 +27,8 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     PoseMeasurement* measurement = &sdf_;
     if (options_.tracker == Tracker::icp) {
         icp_.look_at(points_, jobs);
-        icp_.look_from(volume, points_.level(0).camera, moving, max_depth_m_, jobs);
+        // A quarter of the rays: the same ATE (docs/tracking.md).
+        icp_.look_from(volume, points_.level(0).camera, moving, max_depth_m_, jobs, 1);
         measurement = &icp_;
     } else {
         sdf_.look_at(volume, points_, jobs);

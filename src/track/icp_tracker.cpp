@@ -9,11 +9,11 @@ namespace burin {
 namespace {
 
 // Finest first. Distance: at the finest, four standard deviations of a structured-light reading at 4 m (0.026
-// m, axial_noise_m), which is KinectFusion's and PCL's 0.1 m as well; at the coarser ones what a start may be
-// off, times the slant of the view: 0.3 m doubles the starts at 150 mm and 10 degrees that come back over 0.1
-// m (13 of 14 for 7; tests/unit/test_icp_tracker.cpp). Angle: PCL's 20 to 30 degrees belong to normals of
-// filtered full-size depth. Between cells of 30 mm at 2 m a reading's noise alone turns a normal by 10
-// degrees, and a wrong start turns it too: 45 and 60 degrees, the ATE is the same for any from 45 to 70.
+// m, axial_noise_m), which is the 0.1 m of KinectFusion and PCL as well; coarser, what a start may be off,
+// times the slant of the view. Angle: PCL's 20 to 30 degrees belong to normals of filtered full-size depth;
+// between cells of 30 mm at 2 m the noise of readings alone turns a normal by 10 degrees, and a wrong start
+// turns it too. With 0.3 m and 60 degrees 13 of 14 starts come back from 150 mm and 10 degrees, with 0.1 m
+// and 45 degrees 7; the ATE is the same (docs/tracking.md).
 constexpr IcpGates kGates[TrackPoints::kLevels] = {{0.1f, 0.7f}, {0.2f, 0.5f}, {0.3f, 0.5f}};
 
 // No depth sensor of the supported kinds sees nearer.

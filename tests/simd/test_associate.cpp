@@ -25,7 +25,7 @@ struct Grid {
         view.fy = static_cast<float>(camera.fy);
         view.cx = static_cast<float>(camera.cx);
         view.cy = static_cast<float>(camera.cy);
-        const auto cells = static_cast<std::size_t>(width * height);
+        const auto cells = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         for (int k = 0; k < 3; ++k) {
             point[k] = tight<float>(cells, 0);
             normal[k] = tight<float>(cells, 0);
@@ -58,7 +58,7 @@ struct Points {
 
     // Near the wall when seen from T, some beside, behind the camera, or on the border of the image.
     Points(Rng& rng, const Grid& grid, const Se3& T_view_camera, int n, bool adversarial) : count(n) {
-        for (auto& a : axis) a = tight<float>(static_cast<std::size_t>((n + 15) / 16 * 16), 0);
+        for (auto& a : axis) a = tight<float>((static_cast<std::size_t>(n) + 15) / 16 * 16, 0);
         const Se3 back = T_view_camera.inverse();
         for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
             double u = rng.uniform(-2, grid.view.width + 2), v = rng.uniform(-2, grid.view.height + 2);

@@ -17,7 +17,7 @@ struct Samples {
     int count;
 
     Samples(Rng& rng, int n, bool adversarial) : count(n) {
-        const auto room = static_cast<std::size_t>((n + 15) / 16 * 16);
+        const auto room = (static_cast<std::size_t>(n) + 15) / 16 * 16;
         const auto value = [&](double low, double high) {
             if (adversarial && rng.below(6) == 0)
                 return awkward_floats()[static_cast<std::size_t>(
