@@ -23,7 +23,7 @@ struct Options {
     burin_config config = burin_config_default();
     TrackingOptions tracking;
     int first = 0, last = 1 << 30, threads = 2;
-    std::string weight = "inverse-z2", drop = "linear", trajectory;
+    std::string tracker = "sdf", weight = "inverse-z2", drop = "linear", trajectory;
     bool verbose = false, given = false;
 };
 
@@ -38,7 +38,7 @@ int run_one(const Options& o, const std::string& folder) {
     if (!dataset.ok()) return std::fprintf(stderr, "%s\n", dataset.status().text()), 1;
     FusionOptions options = options_of(o.config);
     options.tracking = o.tracking;
-    options.tracking.tracker = Tracker::sdf;
+    options.tracking.tracker = o.tracker == "icp" ? Tracker::icp : Tracker::sdf;
     options.budget_bytes = std::uint64_t{2} << 30;
     std::uint64_t bytes = 0;
     options.volume.capacity = FusionSession::capacity_for(options, &bytes);
@@ -124,6 +124,7 @@ int main(int argc, char** argv) {
     app.add_option("--bilateral", o.config.bilateral);
     app.add_option("--carve", o.config.carve);
     app.add_option("--trajectory", o.trajectory);
+    app.add_option("--tracker", o.tracker)->check(CLI::IsMember({"sdf", "icp"}));
     app.add_option("--colour", o.tracking.colour);
     app.add_option("--colour-weight", o.tracking.colour_weight);
     app.add_option("--steps0", o.tracking.descent.steps[0]);

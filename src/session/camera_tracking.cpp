@@ -29,6 +29,8 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
     if (options.tracker == Tracker::none) return;
     points_.place(arena, depth.max_width, depth.max_height);
     sdf_.place(arena);
+    icp_.place(arena, depth.max_width, depth.max_height);
+    max_depth_m_ = depth.max_depth_m;
     ferns_.place(arena, options_.ferns);
     if (!options.colour) return;
     grey_.place(arena);
@@ -51,10 +53,15 @@ void CameraTracking::look_for_camera() {
     last_ = last;
 }
 
-// Depth against the field; where the frame has colour, with brightness against the keyframe.
+PoseMeasurement& CameraTracking::geometry() {
+    if (options_.tracker == Tracker::icp) return icp_;
+    return sdf_;
+}
+
+// Depth against the map; where the frame has colour, with brightness against the keyframe.
 PoseMeasurement& CameraTracking::measurement() {
-    if (!bright_ || !photometric_.has_keyframe()) return sdf_;
-    joint_.look_at(sdf_, photometric_, options_.colour_weight);
+    if (!bright_ || !photometric_.has_keyframe()) return geometry();
+    joint_.look_at(geometry(), photometric_, options_.colour_weight);
     return joint_;
 }
 
@@ -64,7 +71,11 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     points_.build(depth, jobs);
     bright_ = options_.colour && grey_.build(frame, jobs);
     if (bright_) brightness_.build(points_, grey_, frame, jobs);
+    volume_ = &volume;
+    jobs_ = &jobs;
+    grid_camera_ = points_.level(0).camera;
     sdf_.look_at(volume, points_, jobs);
+    if (options_.tracker == Tracker::icp) icp_.look_at(points_, jobs);
     photometric_.look_at(points_, brightness_, jobs);
     ++frames_;
     if (volume.live() == 0) {
@@ -99,6 +110,9 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
     const Prediction ahead = prior_.predict(frame.t_ns, gyro ? frame.imu : nullptr,
                                             gyro ? frame.imu_count : 0, frame.T_camera_imu);
     const Se3& predicted = ahead.has_gyro ? ahead.gyro : ahead.constant_velocity;
+    // A quarter of the rays: all of them gave the same ATE for twice the time (docs/tracking.md).
+    if (options_.tracker == Tracker::icp)
+        icp_.look_from(*volume_, grid_camera_, predicted, max_depth_m_, *jobs_, 1);
     PoseMeasurement& measured = measurement();
     constexpr int kCoarsest = TrackPoints::kLevels - 1;
     const double moving = cost_at(measured.begin_level(predicted, kCoarsest));
@@ -116,6 +130,34 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
     report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera),
                             std::max(gap_s, 0.0));
     report->evaluations = fit.evaluations + 2;
+    return report->verdict.state == TrackingState::lost ? rescued(frame, fit, report) : fit;
+}
+
+// A start that is off by more than the field's band tells, brought near by ICP against what the map looks
+// like from there: from 100 mm and 7 degrees, with a sixteenth of the rays.
+Se3 CameraTracking::drawn_near(const Se3& start, TrackingReport* report) {
+    if (options_.tracker != Tracker::icp) icp_.look_at(points_, *jobs_);
+    icp_.look_from(*volume_, grid_camera_, start, max_depth_m_, *jobs_, 2);
+    DescentOptions coarse;
+    coarse.finest = 1;
+    const PoseFit fit = descend(icp_, start, {}, coarse);
+    report->evaluations += fit.evaluations;
+    return fit.T_world_camera;
+}
+
+// The camera moved further than a prediction tells: once more from the last pose, by way of ICP, by depth
+// alone.
+PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report) {
+    if (points_.level(0).count < kLeastPoints) return failed;
+    const PoseFit fit = descend(sdf_, drawn_near(last_, report), {}, options_.descent);
+    report->evaluations += fit.evaluations;
+    const double gap_s = std::max(static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9, 0.0);
+    // What one frame apart a hand can do, from the last pose instead of the prediction.
+    const Verdict v =
+        judge(fit, points_.mean_depth_m(), motion_between(last_, fit.T_world_camera), 3 * gap_s);
+    if (v.state != TrackingState::tracking || v.close_share < kFoundClose || v.known_share < kFoundKnown)
+        return failed;
+    report->verdict = v;
     return fit;
 }
 
@@ -130,7 +172,7 @@ PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& fra
     const int found = ferns_.nearest(ferns_.encode(make_thumbnail(depth, frame)), matches, kCandidates);
     for (int i = 0; i < found; ++i) starts[count++] = matches[i].T_world_camera;
     for (int i = 0; i < count; ++i) {
-        const PoseFit fit = descend(sdf_, starts[i], {}, options_.descent);
+        const PoseFit fit = descend(sdf_, drawn_near(starts[i], report), {}, options_.descent);
         report->evaluations += fit.evaluations;
         Verdict v = judge(fit, points_.mean_depth_m(), {}, 0);
         if (v.state == TrackingState::lost || v.close_share < kFoundClose || v.known_share < kFoundKnown)

@@ -12,6 +12,7 @@
 #include "track/fern_section.h"
 #include "track/ferns.h"
 #include "track/grey_image.h"
+#include "track/icp_tracker.h"
 #include "track/joint.h"
 #include "track/motion_prior.h"
 #include "track/photometric.h"
@@ -58,14 +59,19 @@ class CameraTracking {
     bool gravity(Vec3d* up_world, double* sigma_rad) const { return prior_.gravity(up_world, sigma_rad); }
 
   private:
+    PoseMeasurement& geometry();
     PoseMeasurement& measurement();
+    Se3 drawn_near(const Se3& start, TrackingReport* report);
+    PoseFit rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report);
     PoseFit follow(const FrameView& frame, TrackingReport* report);
     PoseFit find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report);
     void keep(const DepthImage& depth, const FrameView& frame, const TrackingReport& report);
 
     TrackingOptions options_;
+    float max_depth_m_ = 0;
     TrackPoints points_;
     SdfTracker sdf_;
+    IcpTracker icp_;
     GreyImage grey_;
     PointBrightness brightness_;
     Photometric photometric_;
@@ -73,6 +79,11 @@ class CameraTracking {
     MotionPrior prior_;
     FernKeyframes ferns_;
     FernSection section_{ferns_};
+
+    // Of the frame under way.
+    const Volume* volume_ = nullptr;
+    Jobs* jobs_ = nullptr;
+    Camera grid_camera_;
 
     std::uint64_t frames_ = 0;
     bool bright_ = false;  // this frame has colour

@@ -2,7 +2,6 @@
 // The specification of track_sums. track_highway.cpp computes the same bits.
 #include "simd/track.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace burin::simd {
@@ -26,14 +25,16 @@ void track_sums(const TrackSamples& in, int count, const float R[9], const Track
         j[5] = x * j[1] - y * j[0];
         const float u = (d * s) * robust.inverse_scale;
         const float a = std::fabs(u);
+        // Comparisons and choices, no least or largest: those differ over NaN between targets.
         float w, cost;
         if (robust.tukey) {
             const float q = u * inverse_k;
-            const float rest = std::max(1.0f - q * q, 0.0f);
+            const float inside = 1.0f - q * q;
+            const float rest = inside > 0 ? inside : 0.0f;
             w = rest * rest;
             cost = (k * k * (1.0f / 6.0f)) * (1.0f - w * rest);
         } else {
-            w = std::min(k / std::max(a, 1e-20f), 1.0f);
+            w = a > k ? k / a : 1.0f;
             cost = a < k ? 0.5f * (u * u) : k * (a - 0.5f * k);
         }
         normalised[i] = a;

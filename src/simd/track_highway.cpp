@@ -53,36 +53,48 @@ void TrackSumsKernel(const TrackSamples& in, int count, const float R[9], const 
         const auto x = hn::IfThenElseZero(valid, hn::LoadU(df, in.x + i));
         const auto y = hn::IfThenElseZero(valid, hn::LoadU(df, in.y + i));
         const auto z = hn::IfThenElseZero(valid, hn::LoadU(df, in.z + i));
-        VF g[3], j[6];
-        for (int r = 0; r < 3; ++r)
-            g[r] = hn::Mul(hn::IfThenElseZero(valid, hn::LoadU(df, in.gradient[r] + i)), s);
-        for (int c = 0; c < 3; ++c)
-            j[c] = hn::Add(hn::Add(hn::Mul(hn::Set(df, R[c]), g[0]), hn::Mul(hn::Set(df, R[3 + c]), g[1])),
-                           hn::Mul(hn::Set(df, R[6 + c]), g[2]));
-        j[3] = hn::Sub(hn::Mul(y, j[2]), hn::Mul(z, j[1]));
-        j[4] = hn::Sub(hn::Mul(z, j[0]), hn::Mul(x, j[2]));
-        j[5] = hn::Sub(hn::Mul(x, j[1]), hn::Mul(y, j[0]));
+        // Not in arrays: vectors of SVE have no size.
+        const auto gradient = [&](int r) {
+            return hn::Mul(hn::IfThenElseZero(valid, hn::LoadU(df, in.gradient[r] + i)), s);
+        };
+        const auto g0 = gradient(0), g1 = gradient(1), g2 = gradient(2);
+        const auto turned = [&](int c) {
+            return hn::Add(hn::Add(hn::Mul(hn::Set(df, R[c]), g0), hn::Mul(hn::Set(df, R[3 + c]), g1)),
+                           hn::Mul(hn::Set(df, R[6 + c]), g2));
+        };
+        const auto j0 = turned(0), j1 = turned(1), j2 = turned(2);
+        const auto j3 = hn::Sub(hn::Mul(y, j2), hn::Mul(z, j1));
+        const auto j4 = hn::Sub(hn::Mul(z, j0), hn::Mul(x, j2));
+        const auto j5 = hn::Sub(hn::Mul(x, j1), hn::Mul(y, j0));
         const auto u = hn::Mul(hn::Mul(hn::IfThenElseZero(valid, d), s), inverse_scale);
         const auto a = hn::Abs(u);
         VF w, cost;
         if (robust.tukey) {
             const auto q = hn::Mul(u, inverse_k);
-            const auto rest = hn::Max(hn::Sub(one, hn::Mul(q, q)), hn::Zero(df));
+            const auto inside = hn::Sub(one, hn::Mul(q, q));
+            const auto rest = hn::IfThenElseZero(hn::Gt(inside, hn::Zero(df)), inside);
             w = hn::Mul(rest, rest);
             cost = hn::Mul(most, hn::Sub(one, hn::Mul(w, rest)));
         } else {
-            w = hn::Min(hn::Div(k, hn::Max(a, hn::Set(df, 1e-20f))), one);
+            w = hn::IfThenElse(hn::Gt(a, k), hn::Div(k, a), one);
             cost = hn::IfThenElse(hn::Lt(a, k), hn::Mul(hn::Set(df, 0.5f), hn::Mul(u, u)),
                                   hn::Mul(k, hn::Sub(a, half_k)));
         }
         hn::StoreU(hn::IfThenElse(valid, a, hn::Set(df, -1.0f)), df, normalised + i);
         const int lane = i % kTrackLanes;
-        int term = kTrackA;
-        for (int r = 0; r < 6; ++r) {
-            const auto wj = hn::Mul(w, j[r]);
-            for (int c = r; c < 6; ++c) AddTo(sums, term++, lane, hn::Mul(wj, j[c]));
-            AddTo(sums, kTrackB + r, lane, hn::Mul(wj, u));
-        }
+        int term = kTrackA, row = 0;
+        const auto add_row = [&](VF jr, auto... rest) {
+            const auto wj = hn::Mul(w, jr);
+            AddTo(sums, term++, lane, hn::Mul(wj, jr));
+            (AddTo(sums, term++, lane, hn::Mul(wj, rest)), ...);
+            AddTo(sums, kTrackB + row++, lane, hn::Mul(wj, u));
+        };
+        add_row(j0, j1, j2, j3, j4, j5);
+        add_row(j1, j2, j3, j4, j5);
+        add_row(j2, j3, j4, j5);
+        add_row(j3, j4, j5);
+        add_row(j4, j5);
+        add_row(j5);
         AddTo(sums, kTrackCost, lane, hn::IfThenElseZero(valid, cost));
         AddTo(sums, kTrackPoints, lane, hn::IfThenElseZero(valid, one));
         AddTo(sums, kTrackInliers, lane, hn::IfThenElseZero(hn::And(valid, hn::Lt(a, k)), one));
