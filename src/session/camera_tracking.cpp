@@ -27,7 +27,7 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
     // Depth tests beyond what a room shows would tell nothing (ferns.h).
     options_.ferns.max_depth_m = std::min(depth.max_depth_m, 6.0f);
     if (options.tracker == Tracker::none) return;
-    points_.place(arena, depth.max_width, depth.max_height);
+    points_.place(arena, depth.max_width, depth.max_height, depth.max_depth_m);
     sdf_.place(arena);
     icp_.place(arena, depth.max_width, depth.max_height);
     max_depth_m_ = depth.max_depth_m;
@@ -117,19 +117,31 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
     constexpr int kCoarsest = TrackPoints::kLevels - 1;
     const double moving = cost_at(measured.begin_level(predicted, kCoarsest));
     const double still = cost_at(measured.measure(ahead.still, kCoarsest));
+    const Se3& start = moving <= still ? predicted : ahead.still;
     MotionPriorTerm prior;
     prior.T_world_camera = predicted;
-    if (std::isfinite(ahead.translation_sigma_m + ahead.rotation_sigma_rad)) {
-        // In the currency of correlated readings.
-        const double discount = 1 / std::sqrt(kCorrelated);
-        prior.sigma_m = discount * ahead.translation_sigma_m;
-        prior.sigma_rad = discount * ahead.rotation_sigma_rad;
-    }
-    PoseFit fit = descend(measured, moving <= still ? predicted : ahead.still, prior, options_.descent);
+    // In the currency of correlated readings.
+    const double discount = 1 / std::sqrt(kCorrelated);
+    // A gyroscope has seen the motion; constant velocity is a guess, which a jerk of the hand makes wrong.
+    if (ahead.has_gyro) prior.sigma_rad = discount * ahead.rotation_sigma_rad;
+    PoseFit fit = descend(measured, start, prior, options_.descent);
+    report->evaluations = fit.evaluations + 2;
     const double gap_s = static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9;
     report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera),
                             std::max(gap_s, 0.0));
-    report->evaluations = fit.evaluations + 2;
+    if (report->verdict.state == TrackingState::weak && report->verdict.free_directions > 0 &&
+        std::isfinite(ahead.translation_sigma_m)) {
+        // Where the frame holds nothing, the guess is better than what noise says.
+        prior.sigma_m = discount * ahead.translation_sigma_m;
+        prior.sigma_rad = discount * ahead.rotation_sigma_rad;
+        const Verdict verdict = report->verdict;
+        fit = descend(measured, start, prior, options_.descent);
+        report->evaluations += fit.evaluations;
+        report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera), std::max(gap_s, 0.0));
+        report->verdict.free_directions = verdict.free_directions;
+        report->verdict.weakest_m = verdict.weakest_m;
+        if (report->verdict.state == TrackingState::tracking) report->verdict.state = TrackingState::weak;
+    }
     return report->verdict.state == TrackingState::lost ? rescued(frame, fit, report) : fit;
 }
 

@@ -36,7 +36,7 @@ PoseFit descend(PoseMeasurement& measurement, const Se3& start, const MotionPrio
     out.T_world_camera = start;
     const auto with_prior = [&](const Measured& m, const Se3& T) {
         Measured sum = m;
-        if (prior.sigma_m > 0)
+        if (prior.sigma_m > 0 || prior.sigma_rad > 0)
             sum.system.add_prior(motion_between(T, prior.T_world_camera), prior.sigma_m, prior.sigma_rad);
         return sum;
     };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "track/joint.h"
 
+#include <algorithm>
+
 namespace burin {
 
 Measured JointMeasurement::sum() const {
@@ -18,6 +20,7 @@ Measured JointMeasurement::begin_level(const Se3& T_world_camera, int level) {
     last_geometry_ = geometry_->begin_level(T_world_camera, level);
     last_colour_ = colour_->begin_level(T_world_camera, level);
     scale_ = geometry_->scale();
+    weight_ = base_weight_ * std::clamp(0.5 / (scale_ * scale_), 0.5, 4.0);
     return sum();
 }
 

@@ -12,7 +12,7 @@ class JointMeasurement final : public PoseMeasurement {
     void look_at(PoseMeasurement& geometry, PoseMeasurement& colour, double colour_weight) {
         geometry_ = &geometry;
         colour_ = &colour;
-        weight_ = colour_weight;
+        base_weight_ = colour_weight;
     }
 
     Measured begin_level(const Se3& T_world_camera, int level) override;
@@ -22,7 +22,7 @@ class JointMeasurement final : public PoseMeasurement {
     Measured sum() const;
 
     PoseMeasurement *geometry_ = nullptr, *colour_ = nullptr;
-    double weight_ = 1;
+    double base_weight_ = 1, weight_ = 1;
     Measured last_geometry_, last_colour_;
 };
 

@@ -58,6 +58,7 @@ NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
 
 void NormalEquations::add_prior(const Twist& to, double sigma_m, double sigma_rad) {
     const auto pull = [&](int i, double target, double sigma) {
+        if (!(sigma > 0)) return;
         const double information = 1 / (sigma * sigma);
         A[i][i] += information;
         b[i] -= information * target;

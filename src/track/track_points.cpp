@@ -21,7 +21,8 @@ int TrackPoints::block_side(int width, int height) {
     return side;
 }
 
-void TrackPoints::place(Arena& arena, int max_width, int max_height) {
+void TrackPoints::place(Arena& arena, int max_width, int max_height, float max_depth_m) {
+    farthest_m_ = max_depth_m - 4.0f * axial_noise_m(max_depth_m);
     // A smaller image may have more blocks than the largest one, never more than kMostPoints.
     int most = std::min(max_width * max_height, kMostPoints);
     for (TrackLevel& level : levels_) {
@@ -59,6 +60,7 @@ void TrackPoints::average_blocks(const DepthImage& depth, int side, int row) {
         if (2 * count < side * side) continue;
         const float inverse = 1.0f / static_cast<float>(count);
         const float z = static_cast<float>(sum) * inverse * depth.unit_m;
+        if (z > farthest_m_) continue;
         if (static_cast<float>(most - least) * depth.unit_m > spread_limit_m(z)) continue;
         const float u = static_cast<float>(column * side) + static_cast<float>(sum_u) * inverse;
         const float v = static_cast<float>(row * side) + static_cast<float>(sum_v) * inverse;

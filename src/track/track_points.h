@@ -32,7 +32,9 @@ class TrackPoints {
     // Readings a block averages: block_side() squared.
     static int block_side(int width, int height);
 
-    void place(Arena& arena, int max_width, int max_height);
+    // max_depth_m: where the depth stage cuts. Of a surface near it only readings that err towards the camera are left,
+    // so points within four standard deviations of it are left out.
+    void place(Arena& arena, int max_width, int max_height, float max_depth_m);
     // Every level from the image. A block counts when at least half of its readings are there and they lie on
     // one surface; a coarser one when at least two of its four do.
     void build(const DepthImage& depth, Jobs& jobs);
@@ -46,6 +48,7 @@ class TrackPoints {
     void list(TrackLevel& level);
 
     TrackLevel levels_[kLevels];
+    float farthest_m_ = 0;
     double mean_depth_m_ = 0;
 };
 

@@ -27,11 +27,11 @@ Se3 view(int i) { return look_from({0.05 * i, -0.1 + 0.02 * i, 0.03 * i}, {0.1, 
 struct Tracked {
     explicit Tracked(int threads = 1) : depth(depth_options()), jobs(threads) {
         Arena measure;
-        TrackPoints().place(measure, kCamera.width, kCamera.height);
+        TrackPoints().place(measure, kCamera.width, kCamera.height, 10);
         IcpTracker().place(measure, kCamera.width, kCamera.height);
         memory = aligned_memory(measure.used());
         Arena arena(memory.get(), measure.used());
-        points.place(arena, kCamera.width, kCamera.height);
+        points.place(arena, kCamera.width, kCamera.height, 10);
         icp.place(arena, kCamera.width, kCamera.height);
     }
     static DepthOptions depth_options() {
@@ -107,7 +107,7 @@ TEST(IcpTracker, ComesBackToTheMapFrom20mmAnd2Degrees) {
         const PoseFit fit = descend(t.icp, start, {}, {});
         worst_m = std::max(worst_m, away_m(fit.T_world_camera, truth));
         worst_rad = std::max(worst_rad, away_rad(fit.T_world_camera, truth));
-        EXPECT_GT(fit.system.inliers, 0.8 * fit.considered);
+        EXPECT_GT(fit.measured.system.inliers, 0.8 * fit.measured.considered);
     }
     // Measured 0.05 mm and 0.002 degrees.
     EXPECT_LT(worst_m, 2e-4);
@@ -236,15 +236,15 @@ TEST(IcpTracker, TheSameBytesForAnyNumberOfThreads) {
         Tracked t(i == 0 ? 1 : 3);
         t.see(room().depth(kCamera, view(3)));
         t.look_from(map(), start);
-        measured[i] = t.icp.measure(start, 0, 0.7);
+        measured[i] = t.icp.measure(start, 0);
         fits[i] = descend(t.icp, start, {}, {});
         t.icp.look_at_frame(t.points, view(3), t.jobs);
         const PoseFit to_frame = descend(t.icp, start, {}, {});
-        fits[i].system += to_frame.system;
+        fits[i].measured.system += to_frame.system;
     }
     EXPECT_EQ(std::memcmp(&measured[0].system, &measured[1].system, sizeof measured[0].system), 0);
     EXPECT_EQ(measured[0].median, measured[1].median);
-    EXPECT_EQ(std::memcmp(&fits[0].system, &fits[1].system, sizeof fits[0].system), 0);
+    EXPECT_EQ(std::memcmp(&fits[0].measured.system, &fits[1].measured.system, sizeof fits[0].measured.system), 0);
     EXPECT_EQ(std::memcmp(&fits[0].T_world_camera, &fits[1].T_world_camera, sizeof(Se3)), 0);
 }
 
