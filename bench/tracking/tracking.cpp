@@ -20,10 +20,10 @@ namespace {
 
 struct Options {
     std::vector<std::string> datasets;
-    burin_config config = burin_config_default();
+    burin_config config = burin_scan_config_default();
     TrackingOptions tracking;
     int first = 0, last = 1 << 30, threads = 2;
-    std::string tracker = "sdf", weight = "inverse-z2", drop = "linear", trajectory;
+    std::string tracker = "sdf", weight = "constant", drop = "linear", trajectory;
     bool verbose = false, given = false;
 };
 
@@ -125,15 +125,14 @@ int main(int argc, char** argv) {
     app.add_option("--carve", o.config.carve);
     app.add_option("--trajectory", o.trajectory);
     app.add_option("--tracker", o.tracker)->check(CLI::IsMember({"sdf", "icp"}));
+    app.add_option("--select", o.tracking.select);
+    app.add_option("--least", o.tracking.descent.least_m);
     app.add_option("--colour", o.tracking.colour);
     app.add_option("--colour-weight", o.tracking.colour_weight);
     app.add_option("--steps0", o.tracking.descent.steps[0]);
     app.add_option("--steps1", o.tracking.descent.steps[1]);
     app.add_option("--steps2", o.tracking.descent.steps[2]);
     app.add_flag("--verbose", o.verbose);
-    o.config.truncation_voxels = 8;
-    o.config.edge_removal = 1;
-    o.config.bilateral = 1;
     o.drop = "none";
     CLI11_PARSE(app, argc, argv);
     o.config.colour = 0;

@@ -80,7 +80,6 @@ burin_config burin_scan_config_default(void) {
     c.tracker = BURIN_TRACKER_SDF;
     c.truncation_voxels = 8;
     c.max_depth_m = 5;
-    c.weight = BURIN_WEIGHT_INVERSE_Z2;
     c.bilateral = 1;
     c.edge_removal = 1;
     return c;

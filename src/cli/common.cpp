@@ -118,7 +118,6 @@ void MapOptions::start_from_scan() {
     const std::uint32_t threads = config.threads;
     config = burin_scan_config_default();
     config.threads = threads;
-    weight = "inverse-z2";
     budget = "1GiB";  // a room at 5 mm with a band of 8 voxels takes 0.9 GB with colour
 }
 

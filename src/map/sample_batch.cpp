@@ -51,7 +51,8 @@ LatticeFrame::LatticeFrame(const Volume& volume, const Se3& T_world_body) {
 BatchSampler::BatchSampler(const Volume& volume)
     : volume_(volume), inverse_voxel_(1.0 / volume.voxel_m()), scale_(sample_scale(volume)), memo_(volume) {}
 
-void BatchSampler::load_corners(int count) {
+void BatchSampler::load_corners(int count, CellChunks* chunks_of) {
+    constexpr std::uint32_t kUnknown = kNoChunk - 1;
     ChunkKey keys[kSampleBatch];
     std::uint32_t slots[kSampleBatch];
     std::uint8_t index_in_border[kSampleBatch];
@@ -68,6 +69,7 @@ void BatchSampler::load_corners(int count) {
         }
         const ChunkKey key = pack_key({v[0][i] >> 3, v[1][i] >> 3, v[2][i] >> 3});
         keys[i] = key;
+        if (chunks_of && chunks_of[i].key == key) continue;
         memo_.prefetch(key);
         for (int k = 0; k < 3; ++k)
             if (crosses(i, k)) memo_.prefetch(key + kNext[k]);
@@ -76,7 +78,17 @@ void BatchSampler::load_corners(int count) {
     int borders = 0;
     for (int i = 0; i < count; ++i) {
         index_in_border[i] = kWhole;
-        slots[i] = keys[i] == 0 ? kNoChunk : memo_.find(keys[i]);
+        CellChunks* remembered = chunks_of ? chunks_of + i : nullptr;
+        if (remembered && remembered->key == keys[i] && keys[i] != 0) {
+            slots[i] = remembered->slot[0];
+        } else {
+            slots[i] = keys[i] == 0 ? kNoChunk : memo_.find(keys[i]);
+            if (remembered) {
+                remembered->key = keys[i];
+                remembered->slot[0] = slots[i];
+                std::fill_n(remembered->slot + 1, 7, kUnknown);
+            }
+        }
         if (slots[i] == kNoChunk) continue;
         const int index = voxel_index({v[0][i], v[1][i], v[2][i]});
         prefetch_cell(volume_.geometry(slots[i]), index);
@@ -98,7 +110,13 @@ void BatchSampler::load_corners(int count) {
                 chunks[corner] = chunks[same];
                 continue;
             }
-            chunks[corner] = memo_.find(key);
+            // `same` is this corner: its bits are the axes along which the chunk is the next one.
+            if (remembered) {
+                if (remembered->slot[corner] == kUnknown) remembered->slot[corner] = memo_.find(key);
+                chunks[corner] = remembered->slot[corner];
+            } else {
+                chunks[corner] = memo_.find(key);
+            }
             if (corner == 0 || chunks[corner] == kNoChunk) continue;
             prefetch_cell(
                 volume_.geometry(chunks[corner]),
@@ -139,14 +157,14 @@ void BatchSampler::load_corners(int count) {
     }
 }
 
-void BatchSampler::finish(int count, bool with_gradients) {
-    load_corners(count);
+void BatchSampler::finish(int count, bool with_gradients, CellChunks* chunks) {
+    load_corners(count, chunks);
     simd::interpolate_cells(corners_, cells_.t, count, scale_, distances_,
                             with_gradients ? gradients_ : nullptr);
 }
 
 void BatchSampler::sample(const LatticeFrame& frame, const float* x, const float* y, const float* z,
-                          std::size_t count, float* distances, float* const* gradients) {
+                          std::size_t count, float* distances, float* const* gradients, CellChunks* chunks) {
     constexpr std::int32_t kLimit = (kChunkLimit - 2) * kChunkSide;
     for (std::size_t start = 0; start < count; start += kSampleBatch) {
         const int n = static_cast<int>(std::min<std::size_t>(kSampleBatch, count - start));
@@ -157,7 +175,7 @@ void BatchSampler::sample(const LatticeFrame& frame, const float* x, const float
             for (int k = 0; k < 3; ++k)
                 if (cells_.v[k][i] <= -kLimit || cells_.v[k][i] >= kLimit) cells_.v[0][i] = kNoCell;
         }
-        finish(n, gradients != nullptr);
+        finish(n, gradients != nullptr, chunks ? chunks + start : nullptr);
         std::copy_n(distances_, n, distances + start);
         if (gradients)
             for (int k = 0; k < 3; ++k) std::copy_n(gradients_[k], n, gradients[k] + start);
@@ -177,7 +195,7 @@ void BatchSampler::sample(const double* points, std::size_t count, float* distan
                 cells_.t[k][i] = t[k];
             }
         }
-        finish(n, gradients != nullptr);
+        finish(n, gradients != nullptr, nullptr);
         std::copy_n(distances_, n, distances + start);
         if (!gradients) continue;
         for (int i = 0; i < n; ++i)

@@ -28,6 +28,7 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
     options_.ferns.max_depth_m = std::min(depth.max_depth_m, 6.0f);
     if (options.tracker == Tracker::none) return;
     points_.place(arena, depth.max_width, depth.max_height, depth.max_depth_m);
+    selection_.place(arena);
     sdf_.place(arena);
     icp_.place(arena, depth.max_width, depth.max_height);
     max_depth_m_ = depth.max_depth_m;
@@ -71,6 +72,7 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     points_.build(depth, jobs);
     bright_ = options_.colour && grey_.build(frame, jobs);
     if (bright_) brightness_.build(points_, grey_, frame, jobs);
+    if (options_.select) selection_.select(points_, bright_ ? &brightness_ : nullptr, jobs);
     volume_ = &volume;
     jobs_ = &jobs;
     grid_camera_ = points_.level(0).camera;
@@ -137,7 +139,8 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
         const Verdict verdict = report->verdict;
         fit = descend(measured, start, prior, options_.descent);
         report->evaluations += fit.evaluations;
-        report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera), std::max(gap_s, 0.0));
+        report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera),
+                                std::max(gap_s, 0.0));
         report->verdict.free_directions = verdict.free_directions;
         report->verdict.weakest_m = verdict.weakest_m;
         if (report->verdict.state == TrackingState::tracking) report->verdict.state = TrackingState::weak;

@@ -16,6 +16,7 @@
 #include "track/joint.h"
 #include "track/motion_prior.h"
 #include "track/photometric.h"
+#include "track/point_selection.h"
 #include "track/sdf_tracker.h"
 #include "track/track_points.h"
 #include "track/verdict.h"
@@ -31,6 +32,7 @@ struct TrackingOptions {
     // Of a colour residual beside one of depth, each in its own deviations. Equal: neither was better on all
     // sequences.
     double colour_weight = 1;
+    bool select = true;  // the finest points by their information; false: all
     DescentOptions descent;
     FernOptions ferns;
 };
@@ -72,6 +74,7 @@ class CameraTracking {
     TrackPoints points_;
     SdfTracker sdf_;
     IcpTracker icp_;
+    PointSelection selection_;
     GreyImage grey_;
     PointBrightness brightness_;
     Photometric photometric_;

@@ -51,8 +51,9 @@ struct MotionPriorTerm {  // a normal distribution around a predicted pose
 struct DescentOptions {
     int steps[TrackPoints::kLevels] = {5, 6, 8};  // at most, finest first
     int finest = 0;                               // the level to end at
-    // A step that moves no point at 2 m by more than a fiftieth of a 5 mm voxel.
-    double least_m = 5e-5, least_rad = 5e-5;
+    // A step that moves no point at 2 m by more than a twentieth of a 5 mm voxel: smaller ones change no
+    // error.
+    double least_m = 1e-4, least_rad = 1e-4;
 };
 
 struct PoseFit {

@@ -22,7 +22,8 @@ struct NormalEquations {
     void finish(double inverse_scale);
     void scale_by(double weight);  // every sum
     NormalEquations& operator+=(const NormalEquations& other);
-    // A quadratic pull towards the motion `to` with the given standard deviations (metres, radians); 0: no pull.
+    // A quadratic pull towards the motion `to` with the given standard deviations (metres, radians); 0: no
+    // pull.
     void add_prior(const Twist& to, double sigma_m, double sigma_rad);
     // (A + damping diag(A)) xi = -b by LDL^T. False when it is not positive definite or not finite.
     bool solve(double damping, Twist* xi) const;

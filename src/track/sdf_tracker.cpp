@@ -4,14 +4,28 @@
 #include <cmath>
 #include <limits>
 
-#include "map/sample_batch.h"
 #include "track/residuals.h"
 
 namespace burin {
 
 struct SdfTracker::Item : ResidualItem {};
 
-void SdfTracker::place(Arena& arena) { items_ = arena.allocate<Item>(kMostItems, 64); }
+void SdfTracker::place(Arena& arena) {
+    items_ = arena.allocate<Item>(kMostItems, 64);
+    auto most = static_cast<std::size_t>(TrackPoints::kMostPoints);
+    for (CellChunks*& chunks : chunks_) {
+        chunks = arena.allocate<CellChunks>(most, 64);
+        most /= 4;
+    }
+}
+
+void SdfTracker::look_at(const Volume& volume, const TrackPoints& points, Jobs& jobs) {
+    volume_ = &volume;
+    points_ = &points;
+    jobs_ = &jobs;
+    for (int i = 0; i < TrackPoints::kLevels; ++i)
+        for (int k = 0; k < points.level(i).count; ++k) chunks_[i][k].key = 0;
+}
 
 Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
     const TrackLevel& points = points_->level(level);
@@ -37,7 +51,8 @@ Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
         for (int first = item * kPointsPerItem; first < end; first += simd::kSampleBatch) {
             const int count = std::min(simd::kSampleBatch, end - first);
             const float *x = points.x + first, *y = points.y + first, *z = points.z + first;
-            sampler.sample(frame, x, y, z, static_cast<std::size_t>(count), distance, gradients);
+            sampler.sample(frame, x, y, z, static_cast<std::size_t>(count), distance, gradients,
+                           chunks_[level] + first);
             std::fill(distance + count, distance + simd::kSampleBatch,
                       std::numeric_limits<float>::quiet_NaN());
             simd::track_sums({x, y, z, points.inverse_sigma + first, distance, gradients}, count, R, robust,

@@ -8,6 +8,7 @@
 
 #include "core/arena.h"
 #include "core/jobs.h"
+#include "map/sample_batch.h"
 #include "map/volume.h"
 #include "track/descent.h"
 #include "track/track_points.h"
@@ -17,12 +18,9 @@ namespace burin {
 class SdfTracker final : public PoseMeasurement {
   public:
     void place(Arena& arena);
-    // What the next measures are of; all three must outlive them.
-    void look_at(const Volume& volume, const TrackPoints& points, Jobs& jobs) {
-        volume_ = &volume;
-        points_ = &points;
-        jobs_ = &jobs;
-    }
+    // What the next measures are of; all three must outlive them. Once a frame, after its points were built
+    // and while the volume stays as it is.
+    void look_at(const Volume& volume, const TrackPoints& points, Jobs& jobs);
     Measured begin_level(const Se3& T_world_camera, int level) override {
         return begin_with_scale(T_world_camera, level);
     }
@@ -34,6 +32,7 @@ class SdfTracker final : public PoseMeasurement {
     Jobs* jobs_ = nullptr;
     struct Item;
     Item* items_ = nullptr;
+    CellChunks* chunks_[TrackPoints::kLevels] = {};  // of each point in the list
 };
 
 }  // namespace burin

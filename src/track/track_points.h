@@ -32,14 +32,32 @@ class TrackPoints {
     // Readings a block averages: block_side() squared.
     static int block_side(int width, int height);
 
-    // max_depth_m: where the depth stage cuts. Of a surface near it only readings that err towards the camera are left,
-    // so points within four standard deviations of it are left out.
+    // max_depth_m: where the depth stage cuts. Of a surface near it only readings that err towards the camera
+    // are left, so points within four standard deviations of it are left out.
     void place(Arena& arena, int max_width, int max_height, float max_depth_m);
     // Every level from the image. A block counts when at least half of its readings are there and they lie on
     // one surface; a coarser one when at least two of its four do.
     void build(const DepthImage& depth, Jobs& jobs);
 
     const TrackLevel& level(int i) const { return levels_[i]; }
+
+    // Leaves in the finest list those points for which keep(column, row) says so; the grid stays.
+    template <class Keep>
+    void thin_finest(Keep&& keep) {
+        TrackLevel& level = levels_[0];
+        int kept = 0;
+        for (int k = 0; k < level.count; ++k) {
+            const int cell = level.cell[k];
+            if (!keep(cell % level.width, cell / level.width)) continue;
+            level.x[kept] = level.x[k];
+            level.y[kept] = level.y[k];
+            level.z[kept] = level.z[k];
+            level.inverse_sigma[kept] = level.inverse_sigma[k];
+            level.cell[kept] = cell;
+            ++kept;
+        }
+        level.count = kept;
+    }
     double mean_depth_m() const { return mean_depth_m_; }  // of the finest level
 
   private:

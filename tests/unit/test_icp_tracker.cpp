@@ -244,7 +244,8 @@ TEST(IcpTracker, TheSameBytesForAnyNumberOfThreads) {
     }
     EXPECT_EQ(std::memcmp(&measured[0].system, &measured[1].system, sizeof measured[0].system), 0);
     EXPECT_EQ(measured[0].median, measured[1].median);
-    EXPECT_EQ(std::memcmp(&fits[0].measured.system, &fits[1].measured.system, sizeof fits[0].measured.system), 0);
+    EXPECT_EQ(std::memcmp(&fits[0].measured.system, &fits[1].measured.system, sizeof fits[0].measured.system),
+              0);
     EXPECT_EQ(std::memcmp(&fits[0].T_world_camera, &fits[1].T_world_camera, sizeof(Se3)), 0);
 }
 
