@@ -15,9 +15,21 @@ constexpr int kSureFrames = 3;
 constexpr int kCandidates = 5;
 // What a place has to explain to be believed without a prediction.
 constexpr double kFoundClose = 0.7, kFoundKnown = 0.4;
+// The share of points that agree with the map changes slowly. A frame with less than so much of the usual is looked
+// into, and with less than that of it is not fused.
+constexpr double kStrange = 0.93, kDoubtful = 0.8;
+// How fast "usual" follows: half in 3 frames, so that a slow decline is none, and in 11 of those that are strange.
+constexpr double kUsual = 1.0 / 4, kUsualStrange = 1.0 / 16;
 // While two thirds of the bright points find themselves in the keyframe it serves: each new one adds its own
 // error.
 constexpr double kKeyframeShare = 0.66;
+
+// To tell which of two fits explains a frame better, whatever robust scale each has: the product of the spreads of both
+// kinds of residuals, by the share that is explained at all.
+double misfit(const PoseFit& fit, const Verdict& verdict) {
+    const double colour = fit.measured.seen > 0 ? scale_of(fit.measured.colour_median) : 1;
+    return scale_of(fit.measured.median) * colour / std::max(verdict.close_share, 1e-3);
+}
 
 }  // namespace
 
@@ -45,6 +57,7 @@ void CameraTracking::clear() {
     frames_ = 0;
     known_ = false;
     sure_ = 0;
+    usual_close_share_ = 0;
     last_ = {};
 }
 
@@ -145,7 +158,17 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
         report->verdict.weakest_m = verdict.weakest_m;
         if (report->verdict.state == TrackingState::tracking) report->verdict.state = TrackingState::weak;
     }
-    return report->verdict.state == TrackingState::lost ? rescued(frame, fit, report) : fit;
+    if (report->verdict.state != TrackingState::lost && !strange(report->verdict)) return fit;
+    fit = rescued(frame, fit, report);
+    if (report->verdict.state == TrackingState::tracking &&
+        report->verdict.close_share < kDoubtful * usual_close_share_)
+        report->verdict.state = TrackingState::weak;
+    return fit;
+}
+
+// Much less of the frame agrees with the map than did in the frames before.
+bool CameraTracking::strange(const Verdict& verdict) const {
+    return verdict.close_share < kStrange * usual_close_share_;
 }
 
 // A start that is off by more than the field's band tells, brought near by ICP against what the map looks
@@ -160,20 +183,32 @@ Se3 CameraTracking::drawn_near(const Se3& start, TrackingReport* report) {
     return fit.T_world_camera;
 }
 
-// The camera moved further than a prediction tells: once more from the last pose, by way of ICP, by depth
-// alone.
+// The camera moved further than a prediction tells: once more from the last pose, by way of ICP, and by way of colour
+// alone, which tells motions along a wall.
 PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report) {
     if (points_.level(0).count < kLeastPoints) return failed;
-    const PoseFit fit = descend(sdf_, drawn_near(last_, report), {}, options_.descent);
-    report->evaluations += fit.evaluations;
-    const double gap_s = std::max(static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9, 0.0);
-    // What one frame apart a hand can do, from the last pose instead of the prediction.
-    const Verdict v =
-        judge(fit, points_.mean_depth_m(), motion_between(last_, fit.T_world_camera), 3 * gap_s);
-    if (v.state != TrackingState::tracking || v.close_share < kFoundClose || v.known_share < kFoundKnown)
-        return failed;
-    report->verdict = v;
-    return fit;
+    PoseFit best = failed;
+    const auto attempt = [&](const Se3& start) {
+        const PoseFit fit = descend(measurement(), start, {}, options_.descent);
+        report->evaluations += fit.evaluations;
+        const double gap_s = std::max(static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9, 0.0);
+        // What a hand can do, from the last pose instead of the prediction.
+        const Verdict v =
+            judge(fit, points_.mean_depth_m(), motion_between(last_, fit.T_world_camera), 3 * gap_s);
+        if (v.state == TrackingState::lost) return;
+        if (report->verdict.state != TrackingState::lost && misfit(fit, v) >= misfit(best, report->verdict)) return;
+        report->verdict = v;
+        best = fit;
+    };
+    attempt(drawn_near(last_, report));
+    if (bright_ && photometric_.has_keyframe()) {
+        DescentOptions coarse;
+        coarse.finest = 1;
+        const PoseFit by_colour = descend(photometric_, last_, {}, coarse);
+        report->evaluations += by_colour.evaluations;
+        attempt(by_colour.T_world_camera);
+    }
+    return best;
 }
 
 // A lost camera: from where it was last, and from the keyframes that look like this frame, by depth alone.
@@ -200,6 +235,7 @@ PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& fra
     if (report->relocalised) {
         prior_.forget_motion();
         photometric_.clear();
+        usual_close_share_ = 0;
     }
     return best;
 }
@@ -209,6 +245,9 @@ void CameraTracking::keep(const DepthImage& depth, const FrameView& frame, const
     last_ = report.T_world_camera;
     last_t_ns_ = frame.t_ns;
     prior_.observe(frame.t_ns, last_);
+    const double close = report.verdict.close_share;
+    if (usual_close_share_ == 0) usual_close_share_ = close;
+    usual_close_share_ += (strange(report.verdict) ? kUsualStrange : kUsual) * (close - usual_close_share_);
     if (report.state != TrackingState::tracking) return;
     if (bright_ && (!photometric_.has_keyframe() || report.verdict.keyframe_share < kKeyframeShare))
         photometric_.set_keyframe(points_, brightness_, last_);

@@ -64,6 +64,7 @@ class CameraTracking {
     PoseMeasurement& geometry();
     PoseMeasurement& measurement();
     Se3 drawn_near(const Se3& start, TrackingReport* report);
+    bool strange(const Verdict& verdict) const;
     PoseFit rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report);
     PoseFit follow(const FrameView& frame, TrackingReport* report);
     PoseFit find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report);
@@ -92,6 +93,7 @@ class CameraTracking {
     bool bright_ = false;  // this frame has colour
     bool known_ = false;   // where the camera was in the last frame
     int sure_ = 0;         // frames tracked one after another
+    double usual_close_share_ = 0;  // of recent frames, 0: not known
     Se3 last_;             // the last pose that was known
     std::int64_t last_t_ns_ = 0;
 };

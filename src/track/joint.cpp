@@ -13,6 +13,7 @@ Measured JointMeasurement::sum() const {
     all.considered += weight_ * last_colour_.considered;
     all.bright = last_colour_.bright;
     all.seen = last_colour_.seen;
+    all.colour_median = last_colour_.median;
     return all;
 }
 
