@@ -12,20 +12,35 @@ namespace {
 constexpr int kSureFrames = 3;
 // Keyframes tried for a lost camera, a frame: of five the right one is among them 97 times in 100
 // (docs/relocalisation.md).
-constexpr int kCandidates = 5;
+constexpr int kCandidates = 3;
+// So long a motion goes on about as it was, seconds.
+constexpr double kCoasting_s = 1.5;
 // What a place has to explain to be believed without a prediction.
-constexpr double kFoundClose = 0.7, kFoundKnown = 0.4;
-// The share of points that agree with the map changes slowly. A frame with less than so much of the usual is looked
-// into, and with less than that of it is not fused.
+constexpr double kFoundClose = 0.7, kFoundKnown = 0.5;
+// A step of the sweep, cells of the middle level: what a descent comes back from; 60 pixels of VGA to each
+// side.
+constexpr double kSweepCells = 1.25;
+constexpr int kSweepSteps = 6;
+// And by colour: the share of points whose brightness the map shows, and the median difference, in units of 2
+// levels.
+constexpr double kFoundSeen = 0.4, kFoundGrey = 1.3;
+// The share of points that agree with the map changes slowly. A frame with less than so much of the usual is
+// looked into, and with less than that of it is not fused.
 constexpr double kStrange = 0.93, kDoubtful = 0.8;
-// How fast "usual" follows: half in 3 frames, so that a slow decline is none, and in 11 of those that are strange.
-constexpr double kUsual = 1.0 / 4, kUsualStrange = 1.0 / 16;
+// The same for the share that the map knows: a camera that turns at 400 degrees a second leaves three
+// quarters.
+constexpr double kHidden = 0.6;
+// How fast "usual" follows: half in 3 frames, so that a slow decline is none, and in 22 of those that are
+// strange.
+constexpr double kUsual = 1.0 / 4, kUsualStrange = 1.0 / 32;
+// Frames in a row that are looked into: the third time it is no jerk of the hand.
+constexpr int kTryAgain = 3;
 // While two thirds of the bright points find themselves in the keyframe it serves: each new one adds its own
 // error.
 constexpr double kKeyframeShare = 0.66;
 
-// To tell which of two fits explains a frame better, whatever robust scale each has: the product of the spreads of both
-// kinds of residuals, by the share that is explained at all.
+// To tell which of two fits explains a frame better, whatever robust scale each has: the product of the
+// spreads of both kinds of residuals, by the share that is explained at all.
 double misfit(const PoseFit& fit, const Verdict& verdict) {
     const double colour = fit.measured.seen > 0 ? scale_of(fit.measured.colour_median) : 1;
     return scale_of(fit.measured.median) * colour / std::max(verdict.close_share, 1e-3);
@@ -49,6 +64,7 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
     grey_.place(arena);
     brightness_.place(arena);
     photometric_.place(arena);
+    rendered_.place(arena);
 }
 
 void CameraTracking::clear() {
@@ -57,7 +73,8 @@ void CameraTracking::clear() {
     frames_ = 0;
     known_ = false;
     sure_ = 0;
-    usual_close_share_ = 0;
+    usual_close_share_ = usual_known_share_ = 0;
+    strange_frames_ = 0;
     last_ = {};
 }
 
@@ -158,33 +175,110 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
         report->verdict.weakest_m = verdict.weakest_m;
         if (report->verdict.state == TrackingState::tracking) report->verdict.state = TrackingState::weak;
     }
-    if (report->verdict.state != TrackingState::lost && !strange(report->verdict)) return fit;
-    fit = rescued(frame, fit, report);
-    if (report->verdict.state == TrackingState::tracking &&
-        report->verdict.close_share < kDoubtful * usual_close_share_)
+    const bool odd = strange(report->verdict);
+    strange_frames_ = odd ? strange_frames_ + 1 : 0;
+    if (report->verdict.state == TrackingState::lost || (odd && strange_frames_ <= kTryAgain))
+        fit = rescued(frame, fit, report);
+    if (report->verdict.state == TrackingState::tracking && doubtful(report->verdict))
         report->verdict.state = TrackingState::weak;
     return fit;
 }
 
-// Much less of the frame agrees with the map than did in the frames before.
+// Less of the frame agrees with the map than did in the frames before.
 bool CameraTracking::strange(const Verdict& verdict) const {
-    return verdict.close_share < kStrange * usual_close_share_;
+    return verdict.close_share < kStrange * usual_close_share_ || doubtful(verdict);
 }
 
-// A start that is off by more than the field's band tells, brought near by ICP against what the map looks
-// like from there: from 100 mm and 7 degrees, with a sixteenth of the rays.
+// Too much less to be fused; or much of what was known is out of sight at once, behind a hand or a passer-by.
+bool CameraTracking::doubtful(const Verdict& verdict) const {
+    return verdict.close_share < kDoubtful * usual_close_share_ ||
+           verdict.known_share < kHidden * usual_known_share_;
+}
+
+// A start that is off by more than the field's band tells, brought near by ICP and colour against what the
+// map looks like from there, with a quarter of the rays. Twice: the second view is from nearby.
 Se3 CameraTracking::drawn_near(const Se3& start, TrackingReport* report) {
     if (options_.tracker != Tracker::icp) icp_.look_at(points_, *jobs_);
-    icp_.look_from(*volume_, grid_camera_, start, max_depth_m_, *jobs_, 2);
     DescentOptions coarse;
     coarse.finest = 1;
-    const PoseFit fit = descend(icp_, start, {}, coarse);
-    report->evaluations += fit.evaluations;
-    return fit.T_world_camera;
+    Se3 near = start;
+    for (int turn = 0; turn < 2; ++turn) {
+        icp_.look_from(*volume_, grid_camera_, near, max_depth_m_, *jobs_, 1);
+        const bool colour = has_view_colour();
+        JointMeasurement both;
+        if (colour) {
+            rendered_.set_keyframe(icp_.reference());
+            rendered_.look_at(points_, brightness_, *jobs_);
+            both.look_at(icp_, rendered_, options_.colour_weight);
+        }
+        const PoseFit fit = descend(colour ? static_cast<PoseMeasurement&>(both) : icp_, near, {}, coarse);
+        report->evaluations += fit.evaluations;
+        near = fit.T_world_camera;
+        if (turn == 0 && colour) near = swept(near, report);
+    }
+    return near;
 }
 
-// The camera moved further than a prediction tells: once more from the last pose, by way of ICP, and by way of colour
-// alone, which tells motions along a wall.
+// Along the two motions that depth holds least, over some 60 pixels to each side, the place that looks most
+// like the frame: patterns repeat, and a descent stops at the nearest repetition.
+Se3 CameraTracking::swept(const Se3& near, TrackingReport* report) {
+    const Measured shape = icp_.measure(near, 1);
+    const double reach = points_.mean_depth_m();
+    const Spectrum spectrum = spectrum_of(shape.system, reach);
+    const double step = kSweepCells * reach / points_.level(1).camera.fx;
+    Se3 best = near;
+    double least = 0;
+    rendered_.begin_level(near, 1);
+    for (int a = -kSweepSteps; a <= kSweepSteps; ++a)
+        for (int b = -kSweepSteps; b <= kSweepSteps; ++b) {
+            Twist xi;
+            for (int k = 0; k < 3; ++k) {
+                xi.v[k] = step * (a * spectrum.vectors[0][k] + b * spectrum.vectors[1][k]);
+                xi.w[k] = step * (a * spectrum.vectors[0][3 + k] + b * spectrum.vectors[1][3 + k]) / reach;
+            }
+            const Se3 T = moved(near, xi);
+            const double cost = cost_at(rendered_.measure(T, 1));
+            ++report->evaluations;
+            if ((a == -kSweepSteps && b == -kSweepSteps) || cost < least) {
+                least = cost;
+                best = T;
+            }
+        }
+    return best;
+}
+
+// From nearby into the field; where there is colour held along walls by the map's own, without its finest
+// level, which the view of the map does not have.
+PoseFit CameraTracking::settled(const Se3& near, TrackingReport* report) {
+    if (!has_view_colour()) {
+        const PoseFit fit = descend(sdf_, near, {}, options_.descent);
+        report->evaluations += fit.evaluations;
+        return fit;
+    }
+    JointMeasurement both;
+    both.look_at(sdf_, rendered_, options_.colour_weight);
+    DescentOptions coarse = options_.descent;
+    coarse.finest = 1;
+    const PoseFit fit = descend(both, near, {}, coarse);
+    report->evaluations += fit.evaluations;
+    return fit;
+}
+
+bool CameraTracking::has_view_colour() const { return bright_ && icp_.reference().has_grey(); }
+
+// Geometry alone takes one wall for another: the map seen from there must also look like the frame.
+bool CameraTracking::looks_like_map(const Se3& T_world_camera) {
+    if (!bright_ || !volume_->has_colour()) return true;
+    icp_.look_from(*volume_, grid_camera_, T_world_camera, max_depth_m_, *jobs_, 1);
+    if (!has_view_colour()) return true;
+    rendered_.set_keyframe(icp_.reference());
+    rendered_.look_at(points_, brightness_, *jobs_);
+    const Measured m = rendered_.begin_level(T_world_camera, 1);
+    return m.seen >= kFoundSeen * m.bright && m.median <= kFoundGrey;
+}
+
+// The camera moved further than a prediction tells: once more from the last pose, by way of ICP, and by way
+// of colour alone, which tells motions along a wall.
 PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report) {
     if (points_.level(0).count < kLeastPoints) return failed;
     PoseFit best = failed;
@@ -196,7 +290,8 @@ PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, T
         const Verdict v =
             judge(fit, points_.mean_depth_m(), motion_between(last_, fit.T_world_camera), 3 * gap_s);
         if (v.state == TrackingState::lost) return;
-        if (report->verdict.state != TrackingState::lost && misfit(fit, v) >= misfit(best, report->verdict)) return;
+        if (report->verdict.state != TrackingState::lost && misfit(fit, v) >= misfit(best, report->verdict))
+            return;
         report->verdict = v;
         best = fit;
     };
@@ -215,19 +310,26 @@ PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, T
 PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report) {
     PoseFit best;
     if (points_.level(0).count < kLeastPoints) return best;
-    Se3 starts[1 + kCandidates];
+    Se3 starts[2 + kCandidates];
     FernMatch matches[kCandidates];
     int count = 0;
     starts[count++] = last_;
+    const double gap_s = static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9;
+    const bool gyro = options_.gyro && frame.imu_count > 0;
+    const Prediction ahead = prior_.predict(frame.t_ns, gyro ? frame.imu : nullptr,
+                                            gyro ? frame.imu_count : 0, frame.T_camera_imu);
+    if (gap_s > 0 && gap_s < kCoasting_s && std::isfinite(ahead.translation_sigma_m))
+        starts[count++] = ahead.has_gyro ? ahead.gyro : ahead.constant_velocity;
     const int found = ferns_.nearest(ferns_.encode(make_thumbnail(depth, frame)), matches, kCandidates);
     for (int i = 0; i < found; ++i) starts[count++] = matches[i].T_world_camera;
     for (int i = 0; i < count; ++i) {
-        const PoseFit fit = descend(sdf_, drawn_near(starts[i], report), {}, options_.descent);
-        report->evaluations += fit.evaluations;
-        Verdict v = judge(fit, points_.mean_depth_m(), {}, 0);
-        if (v.state == TrackingState::lost || v.close_share < kFoundClose || v.known_share < kFoundKnown)
-            continue;
-        if (report->relocalised && fit.cost >= best.cost) continue;
+        const Se3 near = drawn_near(starts[i], report);
+        const PoseFit fit = settled(near, report);
+        const Verdict v = judge(fit, points_.mean_depth_m(), {}, 0);
+        const bool fits = v.state != TrackingState::lost && v.close_share >= kFoundClose &&
+                          v.close_share >= kStrange * usual_close_share_ && v.known_share >= kFoundKnown;
+        if (!fits || !looks_like_map(fit.T_world_camera)) continue;
+        if (report->relocalised && misfit(fit, v) >= misfit(best, report->verdict)) continue;
         report->relocalised = true;
         report->verdict = v;
         best = fit;
@@ -235,7 +337,6 @@ PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& fra
     if (report->relocalised) {
         prior_.forget_motion();
         photometric_.clear();
-        usual_close_share_ = 0;
     }
     return best;
 }
@@ -245,9 +346,12 @@ void CameraTracking::keep(const DepthImage& depth, const FrameView& frame, const
     last_ = report.T_world_camera;
     last_t_ns_ = frame.t_ns;
     prior_.observe(frame.t_ns, last_);
-    const double close = report.verdict.close_share;
-    if (usual_close_share_ == 0) usual_close_share_ = close;
-    usual_close_share_ += (strange(report.verdict) ? kUsualStrange : kUsual) * (close - usual_close_share_);
+    const Verdict& v = report.verdict;
+    if (v.known_share > 0) {
+        const double rate = usual_close_share_ == 0 ? 1 : strange(v) ? kUsualStrange : kUsual;
+        usual_close_share_ += rate * (v.close_share - usual_close_share_);
+        usual_known_share_ += rate * (v.known_share - usual_known_share_);
+    }
     if (report.state != TrackingState::tracking) return;
     if (bright_ && (!photometric_.has_keyframe() || report.verdict.keyframe_share < kKeyframeShare))
         photometric_.set_keyframe(points_, brightness_, last_);

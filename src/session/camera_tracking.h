@@ -64,7 +64,12 @@ class CameraTracking {
     PoseMeasurement& geometry();
     PoseMeasurement& measurement();
     Se3 drawn_near(const Se3& start, TrackingReport* report);
+    Se3 swept(const Se3& near, TrackingReport* report);
+    PoseFit settled(const Se3& near, TrackingReport* report);
+    bool has_view_colour() const;
+    bool looks_like_map(const Se3& T_world_camera);
     bool strange(const Verdict& verdict) const;
+    bool doubtful(const Verdict& verdict) const;
     PoseFit rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report);
     PoseFit follow(const FrameView& frame, TrackingReport* report);
     PoseFit find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report);
@@ -79,6 +84,7 @@ class CameraTracking {
     GreyImage grey_;
     PointBrightness brightness_;
     Photometric photometric_;
+    Photometric rendered_;  // against the map's own colours
     JointMeasurement joint_;
     MotionPrior prior_;
     FernKeyframes ferns_;
@@ -90,11 +96,12 @@ class CameraTracking {
     Camera grid_camera_;
 
     std::uint64_t frames_ = 0;
-    bool bright_ = false;  // this frame has colour
-    bool known_ = false;   // where the camera was in the last frame
-    int sure_ = 0;         // frames tracked one after another
-    double usual_close_share_ = 0;  // of recent frames, 0: not known
-    Se3 last_;             // the last pose that was known
+    bool bright_ = false;                                   // this frame has colour
+    bool known_ = false;                                    // where the camera was in the last frame
+    int sure_ = 0;                                          // frames tracked one after another
+    double usual_close_share_ = 0, usual_known_share_ = 0;  // of recent frames, 0: not known
+    int strange_frames_ = 0;                                // in a row
+    Se3 last_;                                              // the last pose that was known
     std::int64_t last_t_ns_ = 0;
 };
 

@@ -18,7 +18,8 @@ struct Measured {
     // Of geometry alone: points of the level, of those the ones in space that was observed before, and of
     // those the ones within kCloseSigmas of the surface.
     double depth_points = 0, known = 0, close = 0;
-    // Of colour alone: points with brightness, of those the ones the keyframe shows too, and `median` of colour.
+    // Of colour alone: points with brightness, of those the ones the keyframe shows too, and `median` of
+    // colour.
     double bright = 0, seen = 0, colour_median = 0;
 };
 

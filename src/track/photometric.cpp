@@ -61,6 +61,18 @@ void Photometric::set_keyframe(const TrackPoints& points, const PointBrightness&
     }
 }
 
+void Photometric::set_keyframe(const ReferenceView& view) {
+    T_world_keyframe_ = view.T_world_reference();
+    has_keyframe_ = true;
+    for (int i = view.finest(); i < TrackPoints::kLevels; ++i) {
+        cameras_[i] = view.camera(i);
+        widths_[i] = cameras_[i].width;
+        heights_[i] = cameras_[i].height;
+        std::copy_n(view.depth(i), widths_[i] * heights_[i], depth_[i]);
+        std::copy_n(view.grey(i), widths_[i] * heights_[i], grey_[i]);
+    }
+}
+
 void Photometric::look_at(const TrackPoints& points, const PointBrightness& brightness, Jobs& jobs) {
     points_ = &points;
     brightness_ = &brightness;

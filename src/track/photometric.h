@@ -8,6 +8,7 @@
 #include "core/jobs.h"
 #include "track/descent.h"
 #include "track/grey_image.h"
+#include "track/reference_view.h"
 #include "track/residuals.h"
 
 namespace burin {
@@ -22,6 +23,10 @@ class Photometric final : public PoseMeasurement {
     // Makes the current points and their brightness the keyframe.
     void set_keyframe(const TrackPoints& points, const PointBrightness& brightness,
                       const Se3& T_world_camera);
+
+    // Makes the view of the map from somewhere the keyframe, for levels from view.finest() on; it must have
+    // grey.
+    void set_keyframe(const ReferenceView& view);
 
     // What the next measures are of; all must outlive them.
     void look_at(const TrackPoints& points, const PointBrightness& brightness, Jobs& jobs);

@@ -59,6 +59,9 @@ void ReferenceView::place(Arena& arena, int max_width, int max_height) {
             level.point[k] = arena.allocate<float>(static_cast<std::size_t>(cells), 64);
             level.normal[k] = arena.allocate<float>(static_cast<std::size_t>(cells), 64);
         }
+        const auto room = static_cast<std::size_t>(cells);
+        if (&level != levels_) level.grey = arena.allocate<float>(room, 64);
+        if (&level == levels_ + 1) rgb_ = arena.allocate<std::uint8_t>(3 * room, 64);
         cells = std::max(cells / 4, 1);
     }
 }
@@ -87,9 +90,17 @@ int ReferenceView::cells(int level) const {
     return count;
 }
 
-void ReferenceView::cast(const Volume& volume, float max_depth_m, Level& to, Jobs& jobs) const {
+void ReferenceView::cast(const Volume& volume, float max_depth_m, Level& to, Jobs& jobs) {
     const Camera& camera = to.camera;
-    raycast(volume, camera, T_world_reference_, max_depth_m, {to.point[2], nullptr, nullptr}, jobs);
+    has_grey_ = to.grey != nullptr && volume.has_colour();
+    raycast(volume, camera, T_world_reference_, max_depth_m,
+            {to.point[2], nullptr, has_grey_ ? rgb_ : nullptr}, jobs);
+    if (has_grey_)
+        for (int i = 0; i < camera.width * camera.height; ++i) {
+            const std::uint8_t* c = rgb_ + 3 * i;
+            const int luma = 77 * c[0] + 150 * c[1] + 29 * c[2];  // as GreyImage; black is "no colour" there
+            to.grey[i] = luma > 0 ? static_cast<float>(luma) * (1.0f / 256) : -1.0f;
+        }
     const float inverse_fx = static_cast<float>(1 / camera.fx),
                 inverse_fy = static_cast<float>(1 / camera.fy);
     const float cx = static_cast<float>(camera.cx), cy = static_cast<float>(camera.cy);
@@ -106,8 +117,8 @@ void ReferenceView::cast(const Volume& volume, float max_depth_m, Level& to, Job
 void ReferenceView::merge(const Level& from, Level& to) {
     for (int row = 0; row < to.camera.height; ++row)
         for (int column = 0; column < to.camera.width; ++column) {
-            float sum[3] = {}, least = 1e30f, most = 0;
-            int count = 0;
+            float sum[3] = {}, least = 1e30f, most = 0, grey = 0;
+            int count = 0, bright = 0;
             for (int i = 0; i < 4; ++i) {
                 const int at = (2 * row + i / 2) * from.camera.width + 2 * column + i % 2;
                 const float z = from.point[2][at];
@@ -116,6 +127,9 @@ void ReferenceView::merge(const Level& from, Level& to) {
                 least = std::min(least, z);
                 most = std::max(most, z);
                 for (int k = 0; k < 3; ++k) sum[k] += from.point[k][at];
+                if (from.grey == nullptr || from.grey[at] < 0) continue;
+                ++bright;
+                grey += from.grey[at];
             }
             const float inverse = count > 0 ? 1.0f / static_cast<float>(count) : 0.0f;
             const float z = sum[2] * inverse;
@@ -123,6 +137,7 @@ void ReferenceView::merge(const Level& from, Level& to) {
             const bool one_surface = count >= 2 && most - least < 2 * kMostStep * z + 4.0f * axial_noise_m(z);
             for (int k = 0; k < 3; ++k)
                 to.point[k][row * to.camera.width + column] = one_surface ? sum[k] * inverse : 0.0f;
+            to.grey[row * to.camera.width + column] = bright > 0 ? grey / static_cast<float>(bright) : -1.0f;
         }
 }
 
@@ -144,6 +159,7 @@ void ReferenceView::look_from(const Volume& volume, const Camera& camera, const 
                               float max_depth_m, int finest, Jobs& jobs) {
     T_world_reference_ = T_world_reference;
     finest_ = finest;
+    has_grey_ = false;
     for (int i = finest; i < TrackPoints::kLevels; ++i) {
         Level& level = levels_[i];
         level.camera = at_level(camera, i);

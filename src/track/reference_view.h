@@ -30,7 +30,7 @@ class ReferenceView {
 
     // The map, cast from T_world_reference (KinectFusion 2011, section 3.3), at the grid of level `finest` of
     // a camera whose finest level has `camera`; coarser levels average four cells. Levels finer than `finest`
-    // answer with it.
+    // answer with it. From finest = 1 on with the brightness of the map's colours, where it has any.
     void look_from(const Volume& volume, const Camera& camera, const Se3& T_world_reference,
                    float max_depth_m, int finest, Jobs& jobs);
     // A frame's own points, all levels.
@@ -39,6 +39,12 @@ class ReferenceView {
     const Se3& T_world_reference() const { return T_world_reference_; }
     // What the points of a level are to be associated with. Cells without surface have NaN for a normal.
     simd::SurfaceGrid grid(int level) const;
+    int finest() const { return finest_; }
+    bool has_grey() const { return has_grey_; }
+    // Brightness (see GreyImage) beside the cells, negative where there is none. Levels from finest() on.
+    const float* grey(int level) const { return levels_[level].grey; }
+    const Camera& camera(int level) const { return levels_[level].camera; }
+    const float* depth(int level) const { return levels_[level].point[2]; }
     int cells(int level) const;  // with surface
 
   private:
@@ -46,13 +52,16 @@ class ReferenceView {
         Camera camera;
         float* point[3] = {};
         float* normal[3] = {};
+        float* grey = nullptr;  // not of the finest
     };
-    void cast(const Volume& volume, float max_depth_m, Level& to, Jobs& jobs) const;
+    void cast(const Volume& volume, float max_depth_m, Level& to, Jobs& jobs);
     static void merge(const Level& from, Level& to);
     static void add_normals(Level& level, Jobs& jobs);
 
     Level levels_[TrackPoints::kLevels];
     int finest_ = 0;
+    bool has_grey_ = false;
+    std::uint8_t* rgb_ = nullptr;  // of a cast at level 1
     Se3 T_world_reference_;
 };
 
