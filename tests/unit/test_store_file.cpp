@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "dataset_files.h"
+#include "emulated.h"
 #include "scene_helpers.h"
 #include "unit/store_rig.h"
 
@@ -67,7 +68,7 @@ TEST(StoreFile, CutAnywhereItOpensAtTheLastCommit) {
         hashes.push_back(rig.hash());
     }
     Rig again(true);
-    for (std::size_t length = 0; length <= io.bytes.size(); length += length < ends[3] ? 509 : 1) {
+    for (std::size_t length = 0; length <= io.bytes.size(); length += length < ends[3] ? 509 : sized(1, 97)) {
         MemoryIo torn;
         torn.bytes.assign(io.bytes.begin(), io.bytes.begin() + static_cast<std::ptrdiff_t>(length));
         std::size_t last = ends.size();
@@ -95,8 +96,8 @@ TEST(StoreFile, AnyByteThatChangedIsFound) {
         }
         Rig again(colour);
         Rng rng(3);
-        int older = 0;
-        for (std::size_t at = 0; at < io.bytes.size(); ++at) {
+        std::size_t older = 0, in_mark = 0;
+        for (std::size_t at = 0; at < io.bytes.size(); at += sized(1, 97)) {
             MemoryIo changed;
             changed.bytes = io.bytes;
             changed.bytes[at] = static_cast<unsigned char>(changed.bytes[at] ^ 1 << rng.below(8));
@@ -105,11 +106,13 @@ TEST(StoreFile, AnyByteThatChangedIsFound) {
             // A damaged last mark cannot be told from one that was never finished: the commit before holds.
             const bool in_last_mark = at >= io.bytes.size() - kStorePage;
             ASSERT_EQ(status.ok(), in_last_mark) << at << ": " << status.text();
+            in_mark += in_last_mark;
             older += status.ok() && frames == 1;
             ASSERT_TRUE(status.ok() || status.code() == Code::format || status.code() == Code::unsupported);
             again.store.close();
         }
-        EXPECT_EQ(older, static_cast<int>(kStorePage));
+        EXPECT_EQ(older, in_mark);
+        EXPECT_GE(in_mark, kStorePage / sized(1, 97));
     }
 }
 

@@ -32,7 +32,7 @@ TEST(StoreKill, DeadAtAnyByteItOpensAtTheLastCommit) {
         rig.store.close();
     }
     Rng rng(8);
-    for (int round = 0; round < 200; ++round) {
+    for (int round = 0; round < sized(200, 40); ++round) {
         MemoryIo io;
         Rig rig(true);
         ASSERT_TRUE(rig.attach(io, true).ok());
