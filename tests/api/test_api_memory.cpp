@@ -62,6 +62,12 @@ namespace {
 
 #ifdef BURIN_COUNT_ALLOCATIONS
 
+// It takes the place of operator new, which then calls no malloc (./dev valgrind leaves the one here alone).
+bool under_valgrind() {
+    const char* preload = std::getenv("LD_PRELOAD");
+    return preload && std::strstr(preload, "vgpreload");
+}
+
 TEST(Memory, NothingIsAllocatedAfterCreate) {
     const Camera camera = test_camera();
     std::vector<Image<float>> depths;
@@ -112,10 +118,18 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
         burin_set_log([](void* user, burin_log_level, const char*) { ++*static_cast<long*>(user); }, &logged);
         allocations = 0;
         {
-            void* volatile probe = ::operator new(8);  // the counter counts
-            ::operator delete(probe);
+            void* volatile probe = std::malloc(8);  // the counter counts
+            std::free(probe);
         }
         ASSERT_GT(allocations.load(), 0);
+        allocations = 0;
+        {
+            void* volatile probe = ::operator new(8);
+            ::operator delete(probe);
+        }
+        if (!under_valgrind()) {
+            ASSERT_GT(allocations.load(), 0);
+        }
         allocations = 0;
         long first_frame = 0, failed = 0;
         std::uint64_t meshed = 0, hash = 0;
