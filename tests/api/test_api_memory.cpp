@@ -52,7 +52,11 @@ int posix_memalign(void** p, size_t alignment, size_t bytes) {
 }
 void* mmap(void* at, size_t bytes, int protection, int flags, int fd, off_t offset) {
     ++allocations;
+#ifdef SYS_mmap
     return reinterpret_cast<void*>(syscall(SYS_mmap, at, bytes, protection, flags, fd, offset));
+#else  // 32-bit ARM has the other, which counts the offset in pages of 4096 bytes
+    return reinterpret_cast<void*>(syscall(SYS_mmap2, at, bytes, protection, flags, fd, offset / 4096));
+#endif
 }
 }
 #pragma GCC visibility pop
