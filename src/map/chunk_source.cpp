@@ -39,11 +39,11 @@ bool StoreSource::next(Chunk* chunk, bool with_voxels) {
     const ChunkIndex::Entry* entry = store_.entry(chunk->key);
     chunk->checksum = entry->checksum;
     if (!with_voxels) return true;
-    const auto* bytes = static_cast<const unsigned char*>(store_.read(*entry));
-    if (!bytes) return false;
-    chunk->geometry = reinterpret_cast<const ChunkGeometry*>(bytes);
-    chunk->colour =
-        volume_.has_colour() ? reinterpret_cast<const ChunkColour*>(bytes + sizeof(ChunkGeometry)) : nullptr;
+    const void* page = store_.read(*entry);
+    if (!page) return false;
+    chunk->geometry = static_cast<const ChunkGeometry*>(page);
+    const void* colour = static_cast<const unsigned char*>(page) + sizeof(ChunkGeometry);
+    chunk->colour = volume_.has_colour() ? static_cast<const ChunkColour*>(colour) : nullptr;
     return true;
 }
 

@@ -10,6 +10,7 @@
 #include <cerrno>
 
 #include "dataset_files.h"
+#include "emulated.h"
 #include "scene_helpers.h"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -51,7 +52,11 @@ int posix_memalign(void** p, size_t alignment, size_t bytes) {
 }
 void* mmap(void* at, size_t bytes, int protection, int flags, int fd, off_t offset) {
     ++allocations;
+#ifdef SYS_mmap
     return reinterpret_cast<void*>(syscall(SYS_mmap, at, bytes, protection, flags, fd, offset));
+#else  // 32-bit ARM has the other, which counts the offset in pages of 4096 bytes
+    return reinterpret_cast<void*>(syscall(SYS_mmap2, at, bytes, protection, flags, fd, offset / 4096));
+#endif
 }
 }
 #pragma GCC visibility pop
@@ -62,7 +67,14 @@ namespace {
 
 #ifdef BURIN_COUNT_ALLOCATIONS
 
+// It takes the place of operator new, which then calls no malloc (./dev valgrind leaves the one here alone).
+bool under_valgrind() {
+    const char* preload = std::getenv("LD_PRELOAD");
+    return preload && std::strstr(preload, "vgpreload");
+}
+
 TEST(Memory, NothingIsAllocatedAfterCreate) {
+    constexpr int kFrames = sized(200, 40);
     const Camera camera = test_camera();
     std::vector<Image<float>> depths;
     for (int i = 0; i < 10; ++i) depths.push_back(ball_and_wall().depth(camera, arc_pose(i, 10)));
@@ -112,14 +124,22 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
         burin_set_log([](void* user, burin_log_level, const char*) { ++*static_cast<long*>(user); }, &logged);
         allocations = 0;
         {
-            void* volatile probe = ::operator new(8);  // the counter counts
-            ::operator delete(probe);
+            void* volatile probe = std::malloc(8);  // the counter counts
+            std::free(probe);
         }
         ASSERT_GT(allocations.load(), 0);
         allocations = 0;
+        {
+            void* volatile probe = ::operator new(8);
+            ::operator delete(probe);
+        }
+        if (!under_valgrind()) {
+            ASSERT_GT(allocations.load(), 0);
+        }
+        allocations = 0;
         long first_frame = 0, failed = 0;
         std::uint64_t meshed = 0, hash = 0;
-        for (int i = 0; i < 200; ++i) {
+        for (int i = 0; i < kFrames; ++i) {
             FrameView view = frame_of(depths[static_cast<std::size_t>(i % 10)], camera, arc_pose(i % 10, 10));
             view.colour = colour.view();
             view.colour_camera = camera;
@@ -161,16 +181,16 @@ TEST(Memory, NothingIsAllocatedAfterCreate) {
             bad.T_world_camera.qw = NAN;
             failed += burin_integrate(map.map, &bad, nullptr) != BURIN_INVALID_ARGUMENT;
             if (i == 0) first_frame = allocations.load();
-            if (i == 100) failed += burin_reset(map.map) != BURIN_OK;
+            if (i == kFrames / 2) failed += burin_reset(map.map) != BURIN_OK;
         }
         const long all = allocations.load();  // before gtest allocates
         EXPECT_EQ(all, 0) << threads << " threads, " << first_frame << " of them in the first frame";
         burin_set_log(nullptr, nullptr);
         EXPECT_EQ(failed, 0);
-        EXPECT_GT(told, 1000);
-        EXPECT_EQ(logged, 200) << "bad frames";
+        EXPECT_GT(told, 5 * kFrames);
+        EXPECT_EQ(logged, kFrames) << "bad frames";
         logged = 0;
-        EXPECT_GT(meshed, 20u * 1000);
+        EXPECT_GT(meshed, kFrames / 10 * 1000u);
     }
 }
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "api_checks.h"
+#include "emulated.h"
 #include "scene_helpers.h"
 
 namespace burin {
@@ -133,6 +134,7 @@ TEST_F(OneMap, AbsurdButAllowedCamerasEnd) {
     const ApiMap other(config);
     for (const double f : {0.051, 99.0})
         for (const double c : {-0.99, 0.5, 1.99}) {
+            if (kEmulated && c > 0) continue;  // half a minute each
             burin_frame frame = good_;
             frame.depth_camera.fx = f * 160, frame.depth_camera.fy = f * 120;
             frame.depth_camera.cx = c * 160, frame.depth_camera.cy = c * 120;

@@ -228,13 +228,25 @@ burin_config config_of(float voxel_m) {
     return c;
 }
 
+// What further models of an emulated machine go through: both sensors, with and without colour, for a few
+// frames.
+TEST(GoldenShort, IclOffice) {
+    BURIN_NEED_DATA(icl_office_kt3_noisy);
+    check_recorded(icl_office_kt3_noisy_path, "icl_office_kt3_noisy 3 frames 10 mm", 3, config_of(0.01f));
+}
+
+TEST(GoldenShort, TumStructure) {
+    BURIN_NEED_DATA(tum_fr3_structure_notexture_far);
+    check_recorded(tum_fr3_structure_notexture_far_path, "tum_fr3_structure_notexture_far 10 frames 10 mm",
+                   10, config_of(0.01f));
+}
+
 TEST(Golden, IclOffice) {
     BURIN_NEED_DATA(icl_office_kt3_noisy);
     check_recorded(icl_office_kt3_noisy_path, "icl_office_kt3_noisy 30 frames 10 mm", 30, config_of(0.01f));
 }
 
 // Two hundred real frames: the averages have wandered and chunks have been carved.
-// limit.
 TEST(Golden, TumStructure) {
     BURIN_NEED_DATA(tum_fr3_structure_notexture_far);
     check_recorded(tum_fr3_structure_notexture_far_path, "tum_fr3_structure_notexture_far 200 frames 10 mm",

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dataset_files.h"
+#include "emulated.h"
 #include "scene_helpers.h"
 
 namespace burin {
@@ -27,7 +28,8 @@ AnalyticScene hall() {
         scene.balls.push_back({{5.2 * std::cos(i * 0.52), 0.3 * (i % 3), 5.2 * std::sin(i * 0.52)}, 0.5});
     return scene;
 }
-constexpr int kFrames = 90;
+constexpr int kFrames = sized(90, 30);  // under emulation each stands for three
+constexpr int frame_at(int of_90) { return of_90 * kFrames / 90; }
 Se3 walk(int i) {
     const double a = i * (1.5 * 6.2832) / kFrames;
     const Vec3d eye{3.6 * std::cos(a), 0.1 * std::sin(3 * a), 3.6 * std::sin(a)};
@@ -168,20 +170,20 @@ TEST(Store, TheWholeMapIsSavedMeshedAndResumed) {
         EXPECT_EQ(burin_store_open(small.map, nullptr, 0), BURIN_INVALID_ARGUMENT);
         ASSERT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_NEW), BURIN_OK);
         EXPECT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_NEW), BURIN_STATE);
-        api_walk(small, 60, 80);
+        api_walk(small, frame_at(60), frame_at(81));
         ASSERT_EQ(burin_store_commit(small.map), BURIN_OK);
         ASSERT_EQ(burin_reset(small.map), BURIN_OK);
         EXPECT_EQ(small.stats().chunks_stored + small.stats().chunks_live, 0u);
-        api_walk(small, 0, 50);
+        api_walk(small, 0, frame_at(51));
         ASSERT_EQ(burin_store_commit(small.map), BURIN_OK);
-        api_walk(small, 50, 55);  // lost
+        api_walk(small, frame_at(51), frame_at(57));  // lost
     }
     const ApiMap small(config);
     ASSERT_EQ(burin_store_open(small.map, path.c_str(), BURIN_STORE_RESUME), BURIN_OK)
         << burin_last_error(small.map);
-    EXPECT_EQ(small.stats().frames, 50u);
+    EXPECT_EQ(small.stats().frames, static_cast<std::uint64_t>(frame_at(51)));
     EXPECT_EQ(small.stats().chunks_live, 0u);
-    EXPECT_EQ(api_walk(small, 50, kFrames), large.hash());
+    EXPECT_EQ(api_walk(small, frame_at(51), kFrames), large.hash());
     EXPECT_GT(small.stats().chunks_stored, 500u);
     EXPECT_EQ(small.stats().chunks_live + small.stats().chunks_stored, large.stats().chunks_live);
     for (int r = 0; r < 3; ++r) {
@@ -230,7 +232,7 @@ TEST(Store, WhatComesBackUnchangedIsNotMeshedAgain) {
             EXPECT_EQ(burin_chunk_mesh(small.map, keys[i], nullptr, &mesh), BURIN_OK);
         }
     };
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < frame_at(60); ++i) {
         api_walk(small, i, i + 1);
         mesh_changed();
     }

@@ -1,142 +1,25 @@
 // SPDX-License-Identifier: MIT
 // The file under the store: it opens at its last commit whatever happened to its writer, and a full disk is a
 // state.
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/mman.h>
 #include <sys/mount.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "dataset_files.h"
-#include "map/chunk_source.h"
-#include "map/chunk_store.h"
+#include "emulated.h"
 #include "scene_helpers.h"
+#include "unit/store_rig.h"
 
 namespace burin {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A file in memory that writes short, fills up, fails or dies after so many bytes.
-class MemoryIo final : public StoreIo {
-  public:
-    std::vector<unsigned char> bytes;
-    std::atomic<std::uint64_t> room{~0ull};  // bytes the disk has
-    std::uint64_t life = ~0ull;              // bytes until the machine dies: nothing written later arrives
-    std::size_t most = ~std::size_t{0};      // bytes a write takes
-    std::atomic<bool> sync_fails{false}, read_fails{false};
-    std::mutex mutex;  // reading and writing happen on two threads
-
-    std::int64_t read(std::uint64_t at, void* to, std::size_t count) override {
-        const std::lock_guard lock(mutex);
-        if (read_fails) return -EIO;
-        if (at >= bytes.size()) return 0;
-        count = std::min({count, bytes.size() - static_cast<std::size_t>(at), most});
-        std::memcpy(to, &bytes[at], count);
-        return static_cast<std::int64_t>(count);
-    }
-    std::int64_t write(std::uint64_t at, const void* from, std::size_t count) override {
-        const std::lock_guard lock(mutex);
-        count = std::min(count, most);
-        if (at >= room) return -ENOSPC;
-        count = std::min<std::uint64_t>(count, room - at);
-        const std::size_t arrives = std::min<std::uint64_t>(count, life);
-        life -= arrives;
-        if (arrives > 0) {
-            bytes.resize(std::max<std::size_t>(bytes.size(), at + arrives));
-            std::memcpy(&bytes[at], from, arrives);
-        }
-        return static_cast<std::int64_t>(count);
-    }
-    int sync() override { return sync_fails ? -EIO : 0; }
-    std::int64_t size() override { return static_cast<std::int64_t>(bytes.size()); }
-    int truncate(std::uint64_t count) override {
-        bytes.resize(count);
-        return 0;
-    }
-};
-
-constexpr std::uint32_t kPool = 40, kKnown = 500;
-
-// A pool, a store and chunks of known content, without a camera.
-struct Rig {
-    explicit Rig(bool with_colour, std::uint32_t known = kKnown) : shape{kPool, with_colour, 0.01f, 0.04f} {
-        Arena measure;
-        volume.place(measure, shape);
-        store.place(measure, shape, known);
-        memory = aligned_memory(measure.used());
-        Arena arena(memory.get(), measure.used());
-        volume.place(arena, shape);
-        store.place(arena, shape, known);
-        volume.clear();
-        store.clear();
-    }
-    Status attach(StoreIo& io, bool fresh, std::uint64_t* frames = nullptr) {
-        return store.attach(&io, fresh, {}, "memory", frames);
-    }
-    // Version `v` of chunk i: comes back, or is new. False: no room.
-    bool put(int i, int v) {
-        const ChunkKey key = pack_key({i, -i, 3});
-        std::uint32_t slot = volume.find(key);
-        if (slot == kNoChunk && store.holds(key)) {
-            slot = store.bring(volume, key);
-        } else if (slot == kNoChunk && store.make_room(volume, 1)) {
-            slot = volume.insert(key);
-        }
-        if (slot == kNoChunk) return false;
-        ChunkGeometry& g = volume.geometry(slot);
-        for (int k = 0; k < kChunkVoxels; ++k) {
-            g.sdf[k] = static_cast<std::int16_t>(g.sdf[k] + i * 7 + v + k);  // what was there counts
-            g.weight[k] = static_cast<std::uint16_t>(1 + v);
-        }
-        if (shape.colour) volume.colour(slot).rgbn[i % 512][0] = static_cast<std::uint8_t>(v);
-        volume.touch(slot);
-        return true;
-    }
-    std::uint64_t hash() { return StoreSource(volume, store).hash(); }
-    bool readable() {  // every byte of it
-        StoreSource all(volume, store);
-        std::uint32_t count = 0;
-        for (ChunkSource::Chunk c; all.next(&c, true);) ++count;
-        return count == all.count();
-    }
-
-    VolumeShape shape;
-    Memory memory;
-    Volume volume;
-    ChunkStore store;
-};
-
-// Steps that any two runs make alike; returns the hash after each commit.
-std::vector<std::uint64_t> write_history(Rig& rig, int commits, std::uint64_t seed) {
-    std::vector<std::uint64_t> hashes = {rig.hash()};
-    Rng rng(seed);
-    for (int c = 1; c <= commits; ++c) {
-        for (int i = 0; i < 60; ++i) EXPECT_TRUE(rig.put(rng.below(150), rng.below(100)));
-        if (c == 3) {
-            rig.volume.clear();
-            rig.store.forget();
-            EXPECT_TRUE(rig.put(5, 5));
-        }
-        hashes.push_back(rig.hash());
-        EXPECT_TRUE(rig.store.commit(rig.volume, static_cast<std::uint64_t>(c)).ok());
-    }
-    return hashes;
-}
 
 TEST(StoreFile, WhatWasCommittedIsReadBack) {
     for (const bool colour : {true, false}) {
@@ -185,7 +68,7 @@ TEST(StoreFile, CutAnywhereItOpensAtTheLastCommit) {
         hashes.push_back(rig.hash());
     }
     Rig again(true);
-    for (std::size_t length = 0; length <= io.bytes.size(); length += length < ends[3] ? 509 : 1) {
+    for (std::size_t length = 0; length <= io.bytes.size(); length += length < ends[3] ? 509 : sized(1, 97)) {
         MemoryIo torn;
         torn.bytes.assign(io.bytes.begin(), io.bytes.begin() + static_cast<std::ptrdiff_t>(length));
         std::size_t last = ends.size();
@@ -213,8 +96,8 @@ TEST(StoreFile, AnyByteThatChangedIsFound) {
         }
         Rig again(colour);
         Rng rng(3);
-        int older = 0;
-        for (std::size_t at = 0; at < io.bytes.size(); ++at) {
+        std::size_t older = 0, in_mark = 0;
+        for (std::size_t at = 0; at < io.bytes.size(); at += sized(1, 97)) {
             MemoryIo changed;
             changed.bytes = io.bytes;
             changed.bytes[at] = static_cast<unsigned char>(changed.bytes[at] ^ 1 << rng.below(8));
@@ -223,11 +106,13 @@ TEST(StoreFile, AnyByteThatChangedIsFound) {
             // A damaged last mark cannot be told from one that was never finished: the commit before holds.
             const bool in_last_mark = at >= io.bytes.size() - kStorePage;
             ASSERT_EQ(status.ok(), in_last_mark) << at << ": " << status.text();
+            in_mark += in_last_mark;
             older += status.ok() && frames == 1;
             ASSERT_TRUE(status.ok() || status.code() == Code::format || status.code() == Code::unsupported);
             again.store.close();
         }
-        EXPECT_EQ(older, static_cast<int>(kStorePage));
+        EXPECT_EQ(older, in_mark);
+        EXPECT_GE(in_mark, kStorePage / sized(1, 97));
     }
 }
 
@@ -306,121 +191,6 @@ TEST(StoreFile, AFailedSyncIsNeverACommit) {
     io.sync_fails = false;
     EXPECT_EQ(rig.store.commit(rig.volume, 1).code(), Code::io) << "what was written before may be gone";
     EXPECT_TRUE(rig.store.counts().failed);
-}
-
-// The machine dies at 200 random bytes of the history, with writes cut short.
-TEST(StoreFile, DeadAtAnyByteItOpensAtTheLastCommit) {
-    MemoryIo whole;
-    std::vector<std::uint64_t> hashes;
-    {
-        Rig rig(true);
-        ASSERT_TRUE(rig.attach(whole, true).ok());
-        hashes = write_history(rig, 6, 7);
-        rig.store.close();
-    }
-    Rng rng(8);
-    for (int round = 0; round < 200; ++round) {
-        MemoryIo io;
-        Rig rig(true);
-        ASSERT_TRUE(rig.attach(io, true).ok());
-        io.most = 1 + static_cast<std::size_t>(rng.below(9000));
-        io.life = rng.next() % (whole.bytes.size() - 2 * kStorePage);
-        // What the process itself still reads comes from a page cache that has everything; only the copy
-        // dies.
-        struct Both final : StoreIo {
-            MemoryIo alive;
-            MemoryIo* dying = nullptr;
-            std::int64_t read(std::uint64_t at, void* to, std::size_t n) override {
-                return alive.read(at, to, n);
-            }
-            std::int64_t write(std::uint64_t at, const void* from, std::size_t n) override {
-                const std::int64_t put = dying->write(at, from, n);
-                alive.write(at, from, static_cast<std::size_t>(put));
-                return put;
-            }
-            int sync() override { return 0; }
-            std::int64_t size() override { return alive.size(); }
-            int truncate(std::uint64_t n) override { return alive.truncate(n); }
-        } both;
-        both.alive.bytes = io.bytes;
-        both.dying = &io;
-        rig.store.close();
-        ASSERT_TRUE(rig.attach(both, false).ok());
-        ASSERT_EQ(write_history(rig, 6, 7), hashes);
-        rig.store.close();
-        Rig after(true);
-        std::uint64_t frames = 99;
-        const Status status = after.attach(io, false, &frames);
-        ASSERT_TRUE(status.ok()) << status.text();
-        ASSERT_LT(frames, hashes.size());
-        ASSERT_EQ(after.hash(), hashes[frames]);
-        ASSERT_TRUE(after.readable());
-    }
-}
-
-// A writer in a process of its own, killed 200 times. It tells in shared memory which commits returned.
-TEST(StoreFile, KilledAtRandomMomentsItOpensAtTheLastCommit) {
-    const TempFolder folder;
-    const std::string path = folder.path("store");
-    struct Shared {
-        std::atomic<std::uint64_t> begun, done;
-        std::uint64_t hashes[100000];
-    };
-    auto* shared = static_cast<Shared*>(mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE,
-                                             MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0));
-    ASSERT_NE(shared, MAP_FAILED);
-    {
-        Rig rig(true);
-        ASSERT_TRUE(rig.store.create(path.c_str(), {}).ok());
-        shared->hashes[0] = rig.hash();
-    }
-    Rng rng(9);
-    std::uint64_t last = 0, all = 0;  // commits
-    for (int round = 0; round < 200; ++round) {
-        const pid_t child = fork();
-        ASSERT_GE(child, 0);
-        if (child == 0) {
-            Rig rig(true);
-            std::uint64_t frames = 0;
-            if (!rig.store.resume(path.c_str(), &frames).ok()) _exit(1);
-            Rng steps(static_cast<std::uint64_t>(round));
-            for (std::uint64_t c = frames + 1;; ++c) {
-                for (int i = 0; i < 50; ++i)
-                    if (!rig.put(steps.below(150), steps.below(100))) _exit(2);
-                shared->hashes[c % 100000] = rig.hash();
-                shared->begun.store(c);
-                if (!rig.store.commit(rig.volume, c).ok()) _exit(3);
-                shared->done.store(c);
-            }
-        }
-        std::this_thread::sleep_for(std::chrono::microseconds(rng.below(25000)));
-        kill(child, SIGKILL);
-        int result = 0;
-        ASSERT_EQ(waitpid(child, &result, 0), child);
-        ASSERT_TRUE(WIFSIGNALED(result))
-            << "round " << round << ": the writer ended with " << WEXITSTATUS(result);
-        Rig after(true);
-        std::uint64_t frames = 0;
-        const Status status = after.store.resume(path.c_str(), &frames);
-        ASSERT_TRUE(status.ok()) << "round " << round << ": " << status.text();
-        ASSERT_GE(frames, std::max(last, shared->done.load())) << "a commit that returned is gone";
-        ASSERT_LE(frames, std::max(last, shared->begun.load()));
-        ASSERT_EQ(after.hash(), shared->hashes[frames % 100000]);
-        ASSERT_TRUE(after.readable());
-        last = frames;
-        if (fs::file_size(path) < (64u << 20)) continue;
-        after.store.close();  // a new one, to keep the test small
-        fs::remove(path);
-        ASSERT_TRUE(after.store.create(path.c_str(), {}).ok());
-        all += last;
-        last = 0;
-        shared->begun.store(0);
-        shared->done.store(0);
-        shared->hashes[0] = Rig(true).hash();
-    }
-    // One in ten lives is enough to say so; on a loaded machine most end before their first commit.
-    EXPECT_GT(all + last, 20u) << "hardly a commit was made";
-    munmap(shared, sizeof(Shared));
 }
 
 TEST(StoreFile, PathsThatCannotBeAndFilesInUse) {
