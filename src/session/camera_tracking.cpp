@@ -40,12 +40,15 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
 }
 
 void CameraTracking::clear() {
+    sdf_.forget_scale();
+    icp_.forget_scale();
     photometric_.clear();
     prior_.clear();
     frames_ = 0;
     known_ = false;
     sure_ = 0;
     last_ = {};
+    last_t_ns_ = 0;
 }
 
 void CameraTracking::look_for_camera() {
@@ -101,8 +104,7 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     }
     keep(depth, frame, report);
     sure_ = report.state == TrackingState::tracking ? sure_ + 1 : std::min(sure_, kSureFrames);
-    if (sure_ <= kSureFrames && report.state == TrackingState::tracking && frames_ > 1)
-        report.state = TrackingState::weak;
+    if (sure_ <= kSureFrames && report.state == TrackingState::tracking) report.state = TrackingState::weak;
     return report;
 }
 

@@ -240,7 +240,7 @@ TEST(IcpTracker, TheSameBytesForAnyNumberOfThreads) {
         fits[i] = descend(t.icp, start, {}, {});
         t.icp.look_at_frame(t.points, view(3), t.jobs);
         const PoseFit to_frame = descend(t.icp, start, {}, {});
-        fits[i].measured.system += to_frame.system;
+        fits[i].measured.system += to_frame.measured.system;
     }
     EXPECT_EQ(std::memcmp(&measured[0].system, &measured[1].system, sizeof measured[0].system), 0);
     EXPECT_EQ(measured[0].median, measured[1].median);
