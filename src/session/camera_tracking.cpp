@@ -68,6 +68,8 @@ void CameraTracking::place(Arena& arena, const TrackingOptions& options, const D
 }
 
 void CameraTracking::clear() {
+    sdf_.forget_scale();
+    icp_.forget_scale();
     photometric_.clear();
     prior_.clear();
     frames_ = 0;
@@ -76,6 +78,7 @@ void CameraTracking::clear() {
     usual_close_share_ = usual_known_share_ = 0;
     strange_frames_ = 0;
     last_ = {};
+    last_t_ns_ = 0;
 }
 
 void CameraTracking::look_for_camera() {
@@ -131,8 +134,7 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     }
     keep(depth, frame, report);
     sure_ = report.state == TrackingState::tracking ? sure_ + 1 : std::min(sure_, kSureFrames);
-    if (sure_ <= kSureFrames && report.state == TrackingState::tracking && frames_ > 1)
-        report.state = TrackingState::weak;
+    if (sure_ <= kSureFrames && report.state == TrackingState::tracking) report.state = TrackingState::weak;
     return report;
 }
 

@@ -35,6 +35,9 @@ class PoseMeasurement {
     virtual Measured measure(const Se3& T_world_camera, int level) = 0;
     // Robust standard deviation of residuals at the level begun, in standard deviations of a reading.
     double scale() const { return scale_; }
+    // A level begins with the scale of the one before: of a new recording it must not be that of the last
+    // one.
+    void forget_scale() { scale_ = 1; }
 
   protected:
     ~PoseMeasurement() = default;

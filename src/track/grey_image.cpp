@@ -66,8 +66,13 @@ bool GreyImage::build(const FrameView& frame, Jobs& jobs) {
 
 float GreyImage::at(double u, double v) const {
     // Block centres lie at side * i + (side - 1) / 2.
-    const double x = (u + 0.5) / side_ - 0.5, y = (v + 0.5) / side_ - 0.5;
-    if (!(x >= 0 && y >= 0 && x <= width_ - 1 && y <= height_ - 1)) return -1;
+    double x = (u + 0.5) / side_ - 0.5, y = (v + 0.5) / side_ - 0.5;
+    // Rounding must not take away the outermost centres, which registered depth falls on.
+    constexpr double kRounding = 1e-3;
+    if (!(x >= -kRounding && y >= -kRounding && x <= width_ - 1 + kRounding && y <= height_ - 1 + kRounding))
+        return -1;
+    x = std::clamp(x, 0.0, width_ - 1.0);
+    y = std::clamp(y, 0.0, height_ - 1.0);
     const int i = std::min(static_cast<int>(x), width_ - 2), j = std::min(static_cast<int>(y), height_ - 2);
     if (i < 0 || j < 0) return -1;  // an image of one row or column
     const float fx = static_cast<float>(x - i), fy = static_cast<float>(y - j);
@@ -103,16 +108,20 @@ void PointBrightness::build(const TrackPoints& points, const GreyImage& grey, co
     for (int k = 1; k < TrackPoints::kLevels; ++k) {
         const TrackLevel& to = points.level(k);
         const int from_width = points.level(k - 1).width;
+        const float* from_z = points.level(k - 1).grid_z;
         for (int i = 0; i < to.width * to.height; ++i) {
-            const float* p = grids_[k - 1] + 2 * (i / to.width) * from_width + 2 * (i % to.width);
+            const int first = 2 * (i / to.width) * from_width + 2 * (i % to.width);
             float sum = 0;
             int count = 0;
-            for (const float value : {p[0], p[1], p[from_width], p[from_width + 1]}) {
-                if (value < 0) continue;
-                sum += value;
+            bool whole = to.grid_z[i] != 0;
+            for (const int from : {first, first + 1, first + from_width, first + from_width + 1}) {
+                if (from_z[from] == 0) continue;
+                // Seen in part, the mean would be that of another place than the point.
+                if (grids_[k - 1][from] < 0) whole = false;
+                sum += grids_[k - 1][from];
                 ++count;
             }
-            grids_[k][i] = to.grid_z[i] != 0 && count > 0 ? sum / static_cast<float>(count) : -1.0f;
+            grids_[k][i] = whole && count > 0 ? sum / static_cast<float>(count) : -1.0f;
         }
     }
 }

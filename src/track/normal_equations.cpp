@@ -142,20 +142,4 @@ Spectrum spectrum_of(const NormalEquations& system, double reach_m) {
     return out;
 }
 
-int drop_free_directions(const Spectrum& spectrum, double least, double reach_m, Twist* xi) {
-    int dropped = 0;
-    for (int i = 0; i < 6; ++i) {
-        if (spectrum.values[i] >= least) continue;
-        ++dropped;
-        double along = 0;
-        for (int k = 0; k < 3; ++k)
-            along += spectrum.vectors[i][k] * xi->v[k] + spectrum.vectors[i][3 + k] * reach_m * xi->w[k];
-        for (int k = 0; k < 3; ++k) {
-            xi->v[k] -= along * spectrum.vectors[i][k];
-            xi->w[k] -= along * spectrum.vectors[i][3 + k] / reach_m;
-        }
-    }
-    return dropped;
-}
-
 }  // namespace burin

@@ -38,9 +38,4 @@ struct Spectrum {
 };
 Spectrum spectrum_of(const NormalEquations& system, double reach_m);
 
-// Takes from xi what lies along the directions whose eigenvalue is below `least`, so that they stay where the
-// start had them (Zhang, Kaess, Singh, "On degeneracy of optimization-based state estimation problems", ICRA
-// 2016). Returns how many there are.
-int drop_free_directions(const Spectrum& spectrum, double least, double reach_m, Twist* xi);
-
 }  // namespace burin

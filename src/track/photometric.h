@@ -16,7 +16,12 @@ namespace burin {
 class Photometric final : public PoseMeasurement {
   public:
     void place(Arena& arena);
-    void clear() { has_keyframe_ = false; }
+    void clear() {
+        has_keyframe_ = false;
+        gain_ = 1;
+        bias_ = 0;
+        forget_scale();
+    }
 
     bool has_keyframe() const { return has_keyframe_; }
     const Se3& T_world_keyframe() const { return T_world_keyframe_; }

@@ -35,9 +35,12 @@ Verdict judge(const PoseFit& fit, double reach_m, const Twist& jump, double gap_
         if (sigma > kFreeSigma_m) ++v.free_directions;
         if (sigma > v.weakest_m) v.weakest_m = sigma;
     }
-    const bool far = v.jump_m > kJump_m + kJump_m_s * gap_s || v.jump_rad > kJump_rad + kJump_rad_s * gap_s;
-    if (m.known < kLeastPoints || v.close_share < kCloseWeak || v.known_share < kKnownWeak || far ||
-        !std::isfinite(v.jump_m + v.jump_rad))
+    // NaN passes none of these.
+    const bool near =
+        v.jump_m <= kJump_m + kJump_m_s * gap_s && v.jump_rad <= kJump_rad + kJump_rad_s * gap_s;
+    const bool explained =
+        m.known >= kLeastPoints && v.close_share >= kCloseWeak && v.known_share >= kKnownWeak;
+    if (!near || !explained)
         v.state = TrackingState::lost;
     else if (v.close_share < kCloseTracking || v.known_share < kKnownTracking || v.free_directions > 0)
         v.state = TrackingState::weak;

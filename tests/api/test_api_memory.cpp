@@ -11,7 +11,7 @@
 
 #include "dataset_files.h"
 #include "emulated.h"
-#include "scene_helpers.h"
+#include "track_helpers.h"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define BURIN_COUNT_ALLOCATIONS 1
@@ -237,6 +237,73 @@ TEST(Memory, AStoreAllocatesNothingEither) {
     EXPECT_GT(map.stats().chunks_evicted, 100u);
     EXPECT_GT(map.stats().chunks_reloaded, 100u);
     EXPECT_EQ(map.stats().arena_bytes, map.bytes);
+}
+
+// Tracking, with everything that may come: colour, an IMU, frames without depth, the camera found again, a
+// map loaded.
+TEST(Memory, AScanAllocatesNothing) {
+    const RoomSequence& room = room_sequence();
+    const Image<float> nothing(160, 120);
+    const ImuSample imu[2] = {{0, {0.1, 0, 0}, {0, -9.81, 0}}, {1, {0.1, 0, 0}, {0, -9.81, 0}}};
+    std::vector<char> stored(64u << 20);
+    struct Stream {
+        char* data;
+        std::size_t at = 0;
+    } stream{stored.data()};
+    for (const std::uint32_t tracker : {BURIN_TRACKER_SDF, BURIN_TRACKER_ICP}) {
+        burin_config config = scan_config();
+        config.tracker = tracker;
+        config.threads = 2;
+        const ApiMap map(config);
+        allocations = 0;
+        long failed = 0;
+        int states[3] = {}, found = 0;
+        for (int i = 0; i < 60; ++i) {
+            const int at = i % 30;
+            burin_frame frame = c_frame(room.frame(at));
+            frame.t_ns = i * std::int64_t{33333333};
+            if (at >= 10 && at < 13) frame.depth = nothing.view().data;
+            burin_imu_sample samples[2];
+            std::memcpy(samples, imu, sizeof imu);
+            samples[0].t_ns = frame.t_ns - 33333333;
+            samples[1].t_ns = frame.t_ns;
+            frame.imu = samples;
+            frame.imu_count = 2;
+            burin_scan_result result = {};
+            failed += burin_scan(map.map, &frame, &result) != BURIN_OK;
+            ++states[result.state];
+            found += result.relocalised != 0;
+            double up[3], sigma;
+            burin_up(map.map, up, &sigma);
+            if (i != 29) continue;
+            stream.at = 0;
+            failed += burin_save_to(
+                          map.map,
+                          [](void* user, const void* data, std::uint64_t bytes) {
+                              auto& s = *static_cast<Stream*>(user);
+                              std::memcpy(s.data + s.at, data, bytes);
+                              s.at += bytes;
+                              return 0;
+                          },
+                          &stream) != BURIN_OK;
+            stream.at = 0;
+            failed += burin_load_from(
+                          map.map,
+                          [](void* user, void* data, std::uint64_t bytes) {
+                              auto& s = *static_cast<Stream*>(user);
+                              std::memcpy(data, s.data + s.at, bytes);
+                              s.at += bytes;
+                              return 0;
+                          },
+                          &stream) != BURIN_OK;
+        }
+        const long all = allocations.load();  // before gtest allocates
+        EXPECT_EQ(all, 0) << "tracker " << tracker;
+        EXPECT_EQ(failed, 0);
+        EXPECT_EQ(states[BURIN_TRACKING_LOST], 6);
+        EXPECT_GT(states[BURIN_TRACKING_OK], 30);
+        EXPECT_EQ(found, 3) << "twice after the blanks, once in the loaded map";
+    }
 }
 
 #else
