@@ -8,7 +8,6 @@
 
 #include "core/jobs.h"
 #include "datasets/open.h"
-#include "datasets/prefetch.h"
 #include "support/frames.h"
 
 namespace burin::bench {
@@ -57,14 +56,13 @@ Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
     session->place(arena, options);
     session->clear();
     Jobs jobs(o.threads);
-    FramePrefetcher frames(**dataset, o.first, std::min(o.last, (*dataset)->frame_count()), 4, 1);
     Run run;
     Frame frame;
     std::vector<ImuSample> left_over;
-    for (int number = 0;;) {
-        const Result<bool> got = frames.next(&frame);
-        if (!got.ok()) return got.status();
-        if (!*got) break;
+    int number = 0;
+    // Decoded in between, not ahead: a thread that decodes would count and be in the way.
+    for (int i = o.first; i < std::min(o.last, (*dataset)->frame_count()); ++i) {
+        BURIN_TRY((*dataset)->load(i, &frame));
         if (!frame.has_pose && run.frames.empty()) continue;
         if (number++ % o.disturbance.skip != 0) {
             hand_on(left_over, &frame.imu);
@@ -73,11 +71,12 @@ Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
         }
         hand_on(left_over, &frame.imu);
         left_over.clear();
-        disturb(o.disturbance, frames.index(), &frame);
+        disturb(o.disturbance, i, &frame);
         run.has_imu = run.has_imu || !frame.imu.empty();
+        const double cpu_start = cpu_ms();
         const ScanReport r = session->scan(view_of(frame), jobs);
-        run.frames.push_back({frames.index(), frame.t_ns, frame.has_pose, frame.T_world_camera, r.tracking,
-                              r.fusion.depth_ms, r.fusion.integrate_ms});
+        run.frames.push_back({i, frame.t_ns, frame.has_pose, frame.T_world_camera, r.tracking,
+                              r.fusion.depth_ms, r.fusion.integrate_ms, cpu_ms() - cpu_start});
         if (o.verbose) print_frame(run.frames.back());
     }
     run.chunks = session->volume().live();

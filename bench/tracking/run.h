@@ -26,6 +26,7 @@ struct TrackedFrame {
     Se3 T_true;  // world from camera
     TrackingReport tracking;
     double depth_ms = 0, fuse_ms = 0;
+    double scan_cpu_ms = 0;  // depth, tracking and fusion, of all threads
     bool lost() const { return tracking.state == TrackingState::lost; }
     // Of the position, the first pose being true.
     double error_m() const { return norm(tracking.T_world_camera.t - T_true.t); }

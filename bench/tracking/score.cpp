@@ -144,6 +144,7 @@ Result<Json> score_run(const Run& run, const Disturbance& disturbance) {
         {"track_p95_ms", quantile(track_ms, 0.95)},
         {"depth_p50_ms", quantile(column(run, [](const TrackedFrame& f) { return f.depth_ms; }))},
         {"fuse_p50_ms", quantile(column(run, [](const TrackedFrame& f) { return f.fuse_ms; }))},
+        {"scan_cpu_p50_ms", quantile(column(run, [](const TrackedFrame& f) { return f.scan_cpu_ms; }))},
         {"evaluations_p50",
          quantile(column(run, [](const TrackedFrame& f) { return double(f.tracking.evaluations); }))},
         {"chunks", run.chunks},
