@@ -3,11 +3,15 @@
 #pragma once
 
 #include <time.h>
+#include <unistd.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -115,6 +119,28 @@ inline burin::Status make_ready(const Frame& frame, const Options& options, Read
         out->T_camera_world(r, 3) = T.t[r];
     }
     return {};
+}
+
+// The value below which the given share of the sorted values lies (nearest rank).
+inline double percentile(const std::vector<double>& sorted, double share) {
+    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+    return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+// OpenMP and Open3D take the number of threads from the environment when they are loaded, so the program
+// starts itself again with it set.
+inline void start_over_with_threads(int threads, char** argv) {
+    const std::string wanted = std::to_string(threads);
+    const char* now = std::getenv("OMP_NUM_THREADS");
+    if (now && wanted == now) return;
+    setenv("OMP_NUM_THREADS", wanted.c_str(), 1);
+    // ScalableTSDFVolume opens a parallel region per block of 16^3 voxels, thousands a frame. libgomp's
+    // default, spinning between them, takes seconds a frame when anything else wants a processor; sleeping
+    // favours Open3D.
+    setenv("OMP_WAIT_POLICY", "passive", 0);
+    execv("/proc/self/exe", argv);
+    std::fprintf(stderr, "%s: cannot start over with OMP_NUM_THREADS=%s\n", argv[0], wanted.c_str());
+    std::exit(1);
 }
 
 }  // namespace peers

@@ -16,7 +16,6 @@
 #include <open3d/t/geometry/VoxelBlockGrid.h>
 #include <open3d/utility/Logging.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -42,6 +41,7 @@ using peers::cpu_ms;
 using peers::make_ready;
 using peers::milliseconds_since;
 using peers::Options;
+using peers::percentile;
 using peers::ReadyFrame;
 
 // Highest resident set so far, bytes.
@@ -161,12 +161,6 @@ bool parse_range(const std::string& text, int count, int* first, int* last) {
     return *first < *last;
 }
 
-// The value below which the given share of the sorted values lies (nearest rank).
-double percentile(const std::vector<double>& sorted, double share) {
-    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-    return sorted[std::max<std::size_t>(rank, 1) - 1];
-}
-
 int fail(const std::string& text) {
     std::fprintf(stderr, "open3d_fuse: %s\n", text.c_str());
     return 1;
@@ -261,22 +255,6 @@ int run(const Options& options) {
     return 0;
 }
 
-// OpenMP and Open3D take the number of threads from the environment when they are loaded, so the program
-// starts itself again with it set.
-void start_over_with_threads(int threads, char** argv) {
-    const std::string wanted = std::to_string(threads);
-    const char* now = std::getenv("OMP_NUM_THREADS");
-    if (now && wanted == now) return;
-    setenv("OMP_NUM_THREADS", wanted.c_str(), 1);
-    // ScalableTSDFVolume opens a parallel region per block of 16^3 voxels, thousands a frame. libgomp's
-    // default, spinning between them, takes seconds a frame when anything else wants a processor; sleeping
-    // favours Open3D.
-    setenv("OMP_WAIT_POLICY", "passive", 0);
-    execv("/proc/self/exe", argv);
-    std::fprintf(stderr, "open3d_fuse: cannot start over with OMP_NUM_THREADS=%s\n", wanted.c_str());
-    std::exit(1);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -300,7 +278,7 @@ int main(int argc, char** argv) {
     app.add_flag("--preload", options.preload, "decode all frames before the first is fused");
     app.add_flag("!--no-mesh", options.extract, "leave out the mesh");
     CLI11_PARSE(app, argc, argv);
-    start_over_with_threads(options.threads, argv);
+    peers::start_over_with_threads(options.threads, argv);
     open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Warning);
     try {
         return run(options);

@@ -46,12 +46,6 @@ else
     echo 'Open3D is not there: the ratios against it stay empty (./dev deps --peers, then again)' >&2
 fi
 
-# What names a machine: its processor and how many of them there are.
-machine=${BURIN_MACHINE:-$(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1)}
-[[ -n $machine ]] || machine=$(uname -m)
-[[ -n ${BURIN_MACHINE:-} ]] || machine="$machine x$(nproc)"
-machine=$(tr -cs 'A-Za-z0-9\n' '-' <<<"${machine,,}" | sed 's/^-//; s/-$//')
-commit=$(git -C "$source" rev-parse --short HEAD 2>/dev/null || echo unknown)
-git -C "$source" diff --quiet HEAD -- . ':!bench/results' 2>/dev/null || commit+=+  # with changes of its own
+. "$source/bench/support/machine.sh"
 exec "$build/bench/suite/bench_suite" --build "$build" --results "$results" --machine "$machine" --commit "$commit" \
     --spent "$SECONDS" "${arguments[@]}"

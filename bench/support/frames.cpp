@@ -70,6 +70,9 @@ FrameView view_of(const Frame& f) {
     view.colour_camera = f.colour_camera;
     view.T_colour_depth = f.T_colour_depth;
     view.T_world_camera = f.T_world_camera;
+    view.imu = f.imu.data();
+    view.imu_count = static_cast<int>(f.imu.size());
+    view.T_camera_imu = f.T_camera_imu;
     return view;
 }
 

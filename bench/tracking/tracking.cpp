@@ -1,146 +1,107 @@
 // SPDX-License-Identifier: MIT
-// Tracks recorded sequences with given settings and scores the trajectory: one row a sequence.
+// Tracks recorded sequences with given settings, disturbed when told so, and scores the trajectory: one line
+// a sequence, or with --json one object.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <memory>
 
-#include "api/config.h"
-#include "core/jobs.h"
-#include "datasets/open.h"
-#include "datasets/prefetch.h"
 #include "datasets/trajectory_file.h"
-#include "eval/trajectory.h"
-#include "session/fusion_session.h"
-#include "support/frames.h"
+#include "tracking/score.h"
 
-namespace burin {
+namespace burin::bench {
 namespace {
 
 struct Options {
     std::vector<std::string> datasets;
-    burin_config config = burin_scan_config_default();
-    TrackingOptions tracking;
-    int first = 0, last = 1 << 30, threads = 2;
-    std::string tracker = "sdf", weight = "constant", drop = "linear", trajectory;
-    bool verbose = false, given = false;
+    RunOptions run;
+    std::string tracker = "sdf", weight = "constant", drop = "none", trajectory, blank, hand;
+    bool json = false;
 };
 
-double median(std::vector<double> v, double share = 0.5) {
-    if (v.empty()) return 0;
-    std::sort(v.begin(), v.end());
-    return v[static_cast<std::size_t>(share * static_cast<double>(v.size() - 1))];
+int score_one(const Options& o, const std::string& folder) {
+    const auto run = track_sequence(folder, o.run);
+    if (!run.ok()) return std::fprintf(stderr, "%s\n", run.status().text()), 1;
+    auto row = score_run(*run, o.run.disturbance);
+    if (!row.ok()) return std::fprintf(stderr, "%s: %s\n", folder.c_str(), row.status().text()), 1;
+    const std::string name = folder.substr(folder.find_last_of('/') + 1);
+    if (o.json) {
+        nlohmann::ordered_json object = {{"dataset", name},
+                                         {"tracker", o.tracker},
+                                         {"colour", o.run.tracking.colour},
+                                         {"gyro", o.run.tracking.gyro && run->has_imu},
+                                         {"threads", o.run.threads}};
+        object.update(*row);
+        std::printf("%s\n", object.dump().c_str());
+    } else {
+        std::printf("%s\n", line_of(name, *row).c_str());
+    }
+    std::fflush(stdout);
+    if (o.trajectory.empty()) return 0;
+    const Status written = write_tum_trajectory(o.trajectory, estimate_of(*run));
+    return written.ok() ? 0 : (std::fprintf(stderr, "%s\n", written.text()), 1);
 }
 
-int run_one(const Options& o, const std::string& folder) {
-    const auto dataset = open_dataset(folder, "");
-    if (!dataset.ok()) return std::fprintf(stderr, "%s\n", dataset.status().text()), 1;
-    FusionOptions options = options_of(o.config);
-    options.tracking = o.tracking;
-    options.tracking.tracker = o.tracker == "icp" ? Tracker::icp : Tracker::sdf;
-    options.budget_bytes = std::uint64_t{2} << 30;
-    std::uint64_t bytes = 0;
-    options.volume.capacity = FusionSession::capacity_for(options, &bytes);
-    void* memory = std::aligned_alloc(4096, (bytes + 4095) & ~std::uint64_t{4095});
-    Arena arena(memory, bytes);
-    auto session = std::make_unique<FusionSession>();
-    session->place(arena, options);
-    session->clear();
-    Jobs jobs(o.threads);
-    Trajectory estimate, truth;
-    std::vector<double> depth_ms, track_ms, fuse_ms, evaluations;
-    const int end = std::min(o.last, (*dataset)->frame_count());
-    FramePrefetcher frames(**dataset, o.first, end, 4, 1);
-    Frame frame;
-    int lost = 0, weak = 0;
-    for (;;) {
-        const Result<bool> got = frames.next(&frame);
-        if (!got.ok()) return std::fprintf(stderr, "%s\n", got.status().text()), 1;
-        if (!*got) break;
-        if (!frame.has_pose && estimate.empty()) continue;
-        const FrameView view = bench::view_of(frame);
-        const ScanReport r = session->scan(view, jobs);
-        if (frame.has_pose) truth.push_back({frame.t_ns, frame.T_world_camera});
-        if (r.tracking.state != TrackingState::lost)
-            estimate.push_back({frame.t_ns, r.tracking.T_world_camera});
-        lost += r.tracking.state == TrackingState::lost;
-        weak += r.tracking.state == TrackingState::weak;
-        depth_ms.push_back(r.fusion.depth_ms);
-        track_ms.push_back(r.tracking.track_ms);
-        fuse_ms.push_back(r.fusion.integrate_ms);
-        evaluations.push_back(r.tracking.evaluations);
-        if (o.verbose)
-            std::printf(
-                "%4d %s evals %2d close %.3f known %.3f cost %.3f scale %.3f colour %.2f weakest %.2f mm "
-                "free %d jump %.1f mm %.2f deg error %.1f mm\n",
-                frames.index(),
-                r.tracking.state == TrackingState::tracking ? "ok  "
-                : r.tracking.state == TrackingState::weak   ? "weak"
-                                                            : "lost",
-                r.tracking.evaluations, r.tracking.verdict.close_share, r.tracking.verdict.known_share,
-                r.tracking.cost, r.tracking.scale, r.tracking.verdict.keyframe_share,
-                1e3 * r.tracking.verdict.weakest_m, r.tracking.verdict.free_directions,
-                1e3 * r.tracking.verdict.jump_m, 57.3 * r.tracking.verdict.jump_rad,
-                1e3 * norm(r.tracking.T_world_camera.t - frame.T_world_camera.t));
-    }
-    std::free(memory);
-    const auto error = absolute_error(estimate, truth, Alignment::se3);
-    const auto start = absolute_error(estimate, truth, Alignment::none);
-    if (!error.ok()) return std::fprintf(stderr, "%s: %s\n", folder.c_str(), error.status().text()), 1;
-    std::printf(
-        "%-34s ATE %7.2f median %6.2f max %7.2f unaligned %7.2f mm  lost %d weak %d of %zu  track %.2f p95 "
-        "%.2f fuse %.2f depth %.2f ms evals %.0f chunks %u\n",
-        folder.substr(folder.find_last_of('/') + 1).c_str(), 1e3 * error->translation_m.rmse,
-        1e3 * error->translation_m.median, 1e3 * error->translation_m.max, 1e3 * start->translation_m.rmse,
-        lost, weak, truth.size(), median(track_ms), median(track_ms, 0.95), median(fuse_ms), median(depth_ms),
-        median(evaluations), session->volume().live());
-    std::fflush(stdout);
-    if (!o.trajectory.empty()) (void)write_tum_trajectory(o.trajectory, estimate);
-    return 0;
+void add_options(CLI::App& app, Options* o) {
+    burin_config& config = o->run.config;
+    TrackingOptions& tracking = o->run.tracking;
+    Disturbance& disturbance = o->run.disturbance;
+    app.add_option("datasets", o->datasets)->required();
+    app.add_option("--first", o->run.first);
+    app.add_option("--last", o->run.last, "frames of the data set, half open");
+    app.add_option("--threads", o->run.threads);
+    app.add_option("--voxel", config.voxel_m);
+    app.add_option("--truncation", config.truncation_voxels);
+    app.add_option("--quadratic", config.truncation);
+    app.add_option("--truncation-scale", config.truncation_scale);
+    app.add_option("--max-depth", config.max_depth_m);
+    app.add_option("--max-weight", config.max_weight);
+    app.add_option("--weight", o->weight);
+    app.add_option("--drop", o->drop);
+    app.add_option("--edge-removal", config.edge_removal);
+    app.add_option("--angle-weight", config.angle_weight);
+    app.add_option("--bilateral", config.bilateral);
+    app.add_option("--carve", config.carve);
+    app.add_option("--trajectory", o->trajectory, "file for the poses (TUM)");
+    app.add_option("--tracker", o->tracker)->check(CLI::IsMember({"sdf", "icp"}));
+    app.add_option("--select", tracking.select);
+    app.add_option("--least", tracking.descent.least_m);
+    app.add_option("--colour", tracking.colour);
+    app.add_option("--gyro", tracking.gyro, "0: not even where there is an IMU");
+    app.add_option("--colour-weight", tracking.colour_weight);
+    app.add_option("--steps0", tracking.descent.steps[0]);
+    app.add_option("--steps1", tracking.descent.steps[1]);
+    app.add_option("--steps2", tracking.descent.steps[2]);
+    app.add_option("--blank", o->blank, "A:B, frames without depth and colour");
+    app.add_option("--hand", o->hand, "A:B, frames with a hand before the lens");
+    app.add_option("--dropout", disturbance.dropout, "share of depth pixels without a reading")
+        ->check(CLI::Range(0.0, 1.0));
+    app.add_option("--skip", disturbance.skip, "every N-th frame only")->check(CLI::Range(1, 100));
+    app.add_flag("--verbose", o->run.verbose, "a line a frame");
+    app.add_flag("--json", o->json, "an object a sequence");
+}
+
+int run(int argc, char** argv) {
+    Options o;
+    o.run.config = burin_scan_config_default();
+    CLI::App app("Track sequences and score the trajectories");
+    add_options(app, &o);
+    CLI11_PARSE(app, argc, argv);
+    for (const auto& [text, span] :
+         {std::pair(&o.blank, &o.run.disturbance.blank), std::pair(&o.hand, &o.run.disturbance.hand)})
+        if (!text->empty() && !parse_span(*text, span))
+            return std::fprintf(stderr, "'%s': expected frames A:B with A < B\n", text->c_str()), 2;
+    burin_config& config = o.run.config;
+    config.colour = 0;  // of the map: the tracker has its keyframe
+    config.weight = o.weight == "inverse-z2" ? BURIN_WEIGHT_INVERSE_Z2 : BURIN_WEIGHT_CONSTANT;
+    config.drop = o.drop == "linear"        ? BURIN_DROP_LINEAR
+                  : o.drop == "exponential" ? BURIN_DROP_EXPONENTIAL
+                                            : BURIN_DROP_NONE;
+    o.run.tracking.tracker = o.tracker == "icp" ? Tracker::icp : Tracker::sdf;
+    int failed = 0;
+    for (const std::string& dataset : o.datasets) failed |= score_one(o, dataset);
+    return failed;
 }
 
 }  // namespace
-}  // namespace burin
+}  // namespace burin::bench
 
-int main(int argc, char** argv) {
-    using namespace burin;
-    Options o;
-    CLI::App app("Track sequences and score the trajectories");
-    app.add_option("datasets", o.datasets)->required();
-    app.add_option("--first", o.first);
-    app.add_option("--last", o.last);
-    app.add_option("--threads", o.threads);
-    app.add_option("--voxel", o.config.voxel_m);
-    app.add_option("--truncation", o.config.truncation_voxels);
-    app.add_option("--quadratic", o.config.truncation);
-    app.add_option("--truncation-scale", o.config.truncation_scale);
-    app.add_option("--max-depth", o.config.max_depth_m);
-    app.add_option("--max-weight", o.config.max_weight);
-    app.add_option("--weight", o.weight);
-    app.add_option("--drop", o.drop);
-    app.add_option("--edge-removal", o.config.edge_removal);
-    app.add_option("--angle-weight", o.config.angle_weight);
-    app.add_option("--bilateral", o.config.bilateral);
-    app.add_option("--carve", o.config.carve);
-    app.add_option("--trajectory", o.trajectory);
-    app.add_option("--tracker", o.tracker)->check(CLI::IsMember({"sdf", "icp"}));
-    app.add_option("--select", o.tracking.select);
-    app.add_option("--least", o.tracking.descent.least_m);
-    app.add_option("--colour", o.tracking.colour);
-    app.add_option("--colour-weight", o.tracking.colour_weight);
-    app.add_option("--steps0", o.tracking.descent.steps[0]);
-    app.add_option("--steps1", o.tracking.descent.steps[1]);
-    app.add_option("--steps2", o.tracking.descent.steps[2]);
-    app.add_flag("--verbose", o.verbose);
-    o.drop = "none";
-    CLI11_PARSE(app, argc, argv);
-    o.config.colour = 0;
-    o.config.weight = o.weight == "inverse-z2" ? BURIN_WEIGHT_INVERSE_Z2 : BURIN_WEIGHT_CONSTANT;
-    o.config.drop = o.drop == "linear"        ? BURIN_DROP_LINEAR
-                    : o.drop == "exponential" ? BURIN_DROP_EXPONENTIAL
-                                              : BURIN_DROP_NONE;
-    int failed = 0;
-    for (const std::string& dataset : o.datasets) failed += run_one(o, dataset);
-    return failed;
-}
+int main(int argc, char** argv) { return burin::bench::run(argc, argv); }

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/run.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include "core/jobs.h"
+#include "datasets/open.h"
+#include "support/frames.h"
+
+namespace burin::bench {
+namespace {
+
+void print_frame(const TrackedFrame& f) {
+    const TrackingReport& r = f.tracking;
+    std::printf(
+        "%4d %s evals %2d close %.3f known %.3f cost %.3f scale %.3f colour %.2f weakest %.2f mm "
+        "free %d jump %.1f mm %.2f deg error %.1f mm\n",
+        f.index,
+        r.state == TrackingState::tracking ? "ok  "
+        : r.state == TrackingState::weak   ? "weak"
+                                           : "lost",
+        r.evaluations, r.verdict.close_share, r.verdict.known_share, r.cost, r.scale,
+        r.verdict.keyframe_share, 1e3 * r.verdict.weakest_m, r.verdict.free_directions,
+        1e3 * r.verdict.jump_m, 57.3 * r.verdict.jump_rad, 1e3 * f.error_m());
+}
+
+// The readings of a frame that was left out go to the next one, those they share once.
+void hand_on(const std::vector<ImuSample>& from, std::vector<ImuSample>* to) {
+    std::vector<ImuSample> all = from;
+    for (const ImuSample& s : *to)
+        if (all.empty() || s.t_ns > all.back().t_ns) all.push_back(s);
+    *to = std::move(all);
+}
+
+struct Freed {
+    void operator()(void* memory) const { std::free(memory); }
+};
+
+}  // namespace
+
+Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
+    const auto dataset = open_dataset(folder, "");
+    if (!dataset.ok()) return dataset.status();
+    FusionOptions options = options_of(o.config);
+    options.tracking = o.tracking;
+    options.budget_bytes = std::uint64_t{2} << 30;
+    std::uint64_t bytes = 0;
+    options.volume.capacity = FusionSession::capacity_for(options, &bytes);
+    const std::unique_ptr<void, Freed> memory(
+        std::aligned_alloc(4096, (bytes + 4095) & ~std::uint64_t{4095}));
+    Arena arena(memory.get(), bytes);
+    auto session = std::make_unique<FusionSession>();
+    session->place(arena, options);
+    session->clear();
+    Jobs jobs(o.threads);
+    Run run;
+    Frame frame;
+    std::vector<ImuSample> left_over;
+    int number = 0;
+    // Decoded in between, not ahead: a thread that decodes would count and be in the way.
+    for (int i = o.first; i < std::min(o.last, (*dataset)->frame_count()); ++i) {
+        BURIN_TRY((*dataset)->load(i, &frame));
+        if (!frame.has_pose && run.frames.empty()) continue;
+        if (number++ % o.disturbance.skip != 0) {
+            hand_on(left_over, &frame.imu);
+            left_over = frame.imu;
+            continue;
+        }
+        hand_on(left_over, &frame.imu);
+        left_over.clear();
+        disturb(o.disturbance, i, &frame);
+        run.has_imu = run.has_imu || !frame.imu.empty();
+        const double cpu_start = cpu_ms();
+        const ScanReport r = session->scan(view_of(frame), jobs);
+        run.frames.push_back({i, frame.t_ns, frame.has_pose, frame.T_world_camera, r.tracking,
+                              r.fusion.depth_ms, r.fusion.integrate_ms, cpu_ms() - cpu_start});
+        if (o.verbose) print_frame(run.frames.back());
+    }
+    run.chunks = session->volume().live();
+    return run;
+}
+
+}  // namespace burin::bench
