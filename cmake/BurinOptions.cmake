@@ -27,6 +27,10 @@ target_compile_options(burin_options INTERFACE
 if(BURIN_SCALAR_ONLY)
   target_compile_definitions(burin_options INTERFACE BURIN_SCALAR_ONLY=1)
 endif()
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)
+  # Else offsets in files have 32 bits there, and a store ends at 2 GiB.
+  target_compile_definitions(burin_options INTERFACE _FILE_OFFSET_BITS=64)
+endif()
 if(BURIN_SANITIZE)
   # vptr checks look for run-time types, which the runtime has none of.
   target_compile_options(burin_options INTERFACE -fsanitize=${BURIN_SANITIZE} -fno-sanitize=vptr -fno-omit-frame-pointer -fno-sanitize-recover=all

@@ -210,6 +210,22 @@ TEST(StoreFile, PathsThatCannotBeAndFilesInUse) {
     EXPECT_FALSE(fs::exists(folder.path("store.part")));
 }
 
+// Offsets have 64 bits on machines of 32 bits too. The file is sparse.
+TEST(StoreFile, GoesOnBeyondFourGiB) {
+    const TempFolder folder;
+    FileIo file;
+    ASSERT_TRUE(file.create(folder.path("store").c_str()).ok());
+    constexpr std::uint64_t kFar = 5ull << 30;
+    ASSERT_EQ(write_all(file, 0, "near", 4), 0);
+    ASSERT_EQ(write_all(file, kFar, "far!", 4), 0);
+    EXPECT_EQ(file.size(), static_cast<std::int64_t>(kFar + 4));
+    char got[5] = "";
+    ASSERT_EQ(read_all(file, 0, got, 4), 0);
+    EXPECT_STREQ(got, "near");
+    ASSERT_EQ(read_all(file, kFar, got, 4), 0);
+    EXPECT_STREQ(got, "far!");
+}
+
 // Through the C interface, on a disk of 2 MiB.
 TEST(StoreFile, FusionGoesOnWhenTheDiskIsFull) {
     const TempFolder folder;
