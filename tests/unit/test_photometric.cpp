@@ -267,51 +267,5 @@ TEST(Photometric, TheSameBytesForAnyNumberOfThreads) {
     EXPECT_GT(measured[0].seen, 0.8 * measured[0].bright);
 }
 
-// A measurement that says what it is told.
-struct Told final : PoseMeasurement {
-    Measured begin_level(const Se3&, int) override { return ++begun, says; }
-    Measured measure(const Se3&, int) override { return says; }
-    void scale_is(double scale) { scale_ = scale; }
-    Measured says;
-    int begun = 0;
-};
-
-TEST(JointMeasurement, WeighsColourByTheScaleOfDepth) {
-    Told depth, colour;
-    depth.says.system.A[0][0] = 8;
-    depth.says.system.cost = 3;
-    depth.says.system.points = 90;
-    depth.says.considered = depth.says.depth_points = 100;
-    depth.says.known = 95;
-    depth.says.close = 80;
-    depth.says.median = 0.6;
-    colour.says.system.A[0][0] = 100;
-    colour.says.system.cost = 10;
-    colour.says.system.points = 40;
-    colour.says.considered = colour.says.bright = 50;
-    colour.says.seen = 40;
-    JointMeasurement joint;
-    joint.look_at(depth, colour, 2);
-    for (const auto& [scale, weight] : {std::pair{0.5, 4.0}, {0.05, 8.0}, {1.5, 1.0}}) {
-        depth.scale_is(scale);
-        const Measured m = joint.begin_level({}, 1);
-        EXPECT_DOUBLE_EQ(m.system.A[0][0], 8 + weight * 100) << scale;
-        EXPECT_DOUBLE_EQ(m.system.cost, 3 + weight * 10);
-        EXPECT_DOUBLE_EQ(m.system.points, 90 + weight * 40);
-        EXPECT_DOUBLE_EQ(m.considered, 100 + weight * 50);
-        EXPECT_EQ(m.known, 95);
-        EXPECT_EQ(m.close, 80);
-        EXPECT_EQ(m.depth_points, 100);
-        EXPECT_EQ(m.bright, 50);
-        EXPECT_EQ(m.seen, 40);
-        EXPECT_EQ(m.median, 0.6);
-        EXPECT_EQ(joint.scale(), scale);
-        depth.scale_is(0.77);  // stays as the level began
-        EXPECT_DOUBLE_EQ(joint.measure({}, 1).system.A[0][0], 8 + weight * 100);
-    }
-    EXPECT_EQ(depth.begun, 3);
-    EXPECT_EQ(colour.begun, 3);
-}
-
 }  // namespace
 }  // namespace burin
