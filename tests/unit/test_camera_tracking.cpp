@@ -4,6 +4,7 @@
 #include "session/camera_tracking.h"
 
 #include "dataset_files.h"
+#include "depth/filters.h"
 #include "simd/targets.h"
 #include "track_helpers.h"
 
@@ -168,6 +169,43 @@ TEST(CameraTracking, WithoutTheGyroscopeSamplesChangeNothing) {
         b.reports.push_back(with.session.scan(frame, with.jobs).tracking);
     }
     expect_same(a, b);
+}
+
+// Sideways it cannot know, and must not fuse what it guesses.
+TEST(CameraTracking, ABareWallIsNoHold) {
+    const AnalyticScene wall{{{{0, 0, -1}, -1.5}}, {}};
+    const Camera camera = test_camera();
+    const Image<std::uint8_t> grey(160, 120, 3, 120);
+    Rng rng(11);
+    const auto walk = [&](std::uint32_t tracker, double noise, double tilt, bool colour) {
+        burin_config config = scan_config();
+        config.tracker = tracker;
+        TestSession s(config);
+        for (int i = 0; i < 5; ++i) {
+            const Se3 T = look_from({0.01 * i, 0, 0}, {0.01 * i + tilt, 0.05, 1.5});
+            Image<float> depth = wall.depth(camera, T);
+            for (float& z : depth.pixels) z += static_cast<float>(noise * rng.normal()) * axial_noise_m(z);
+            FrameView frame = frame_of(depth, camera, T);
+            frame.t_ns = i * std::int64_t{33333333};
+            if (colour) {
+                frame.colour = grey.view();
+                frame.colour_camera = camera;
+            }
+            const TrackingReport r = s.session.scan(frame, s.jobs).tracking;
+            EXPECT_EQ(r.state, i == 0 ? TrackingState::tracking : TrackingState::weak)
+                << i << ": " << 1e3 * away_m(r.T_world_camera, T) << " mm off, weakest "
+                << 1e3 * r.verdict.weakest_m;
+        }
+        EXPECT_EQ(s.session.frames(), 1u);
+    };
+    for (const std::uint32_t tracker : {BURIN_TRACKER_SDF, BURIN_TRACKER_ICP})
+        for (const double noise : {0.0, 0.5})  // of a pixel, in standard deviations of a reading
+            for (const double tilt : {0.05, 0.8})
+                for (const bool colour : {false, true}) {
+                    SCOPED_TRACE(testing::Message() << "tracker " << tracker << ", noise " << noise
+                                                    << ", tilt " << tilt << ", colour " << colour);
+                    walk(tracker, noise, tilt, colour);
+                }
 }
 
 // The file of a scan holds its keyframes: the camera is found in it from any frame, and the first frames

@@ -175,9 +175,8 @@ TEST(PointBrightness, ComesFromWhereTheColourCameraSeesThePoint) {
                 const double wanted = 255 * texture_at(p) * (0.299 * 1.1 + 0.587 + 0.114 * 0.9);
                 worst = std::max(worst, std::fabs(wanted - static_cast<double>(got)));
             }
-            EXPECT_GT(seen, (same ? 1 : 0.7) * level.count - 1) << i;
-            std::printf("level %d: %d of %d, %.2f\n", i, seen, level.count, worst);
-            EXPECT_LT(worst, i == 2 ? 4.0 : 2.0) << i;  // of waves, means of 4 x 4 pixels
+            EXPECT_GT(seen, (same ? 1 : 0.65) * level.count - 1) << i;
+            EXPECT_LT(worst, i == 2 ? 5.0 : 2.5) << i;  // of waves, means of 4 x 4 pixels
         }
     }
 }
@@ -230,30 +229,22 @@ TEST(Photometric, HoldsWhatABareWallLeavesFree) {
         t.sdf.look_at(session.volume(), t.points, t.jobs);
 
         const PoseFit by_depth = descend(t.sdf, before, {}, {});
-        const Verdict free = judge(by_depth, t.points.mean_depth_m(), {}, 0);
-        EXPECT_EQ(free.free_directions, 3);
-        EXPECT_EQ(free.state, TrackingState::weak);
-        EXPECT_GT(away_m(by_depth.T_world_camera, truth), 0.002);
+        EXPECT_GT(away_m(by_depth.T_world_camera, truth), 0.002) << "of 3 mm: nothing holds it";
 
         JointMeasurement joint;
         joint.look_at(t.sdf, t.photometric, 1);
         const PoseFit by_both = descend(joint, before, {}, {});
         const Verdict held = judge(by_both, t.points.mean_depth_m(), {}, 0);
-        std::printf("both: %.3f mm %.4f degrees, weakest %.2f mm\n",
-                    1e3 * away_m(by_both.T_world_camera, truth),
-                    away_rad(by_both.T_world_camera, truth) / kDegree, 1e3 * held.weakest_m);
         EXPECT_EQ(held.free_directions, 0);
         EXPECT_EQ(held.state, TrackingState::tracking);
         EXPECT_GT(held.keyframe_share, 0.9);
-        EXPECT_LT(away_m(by_both.T_world_camera, truth), 5e-4);
-        EXPECT_LT(away_rad(by_both.T_world_camera, truth), 0.03 * kDegree);
+        EXPECT_LT(away_m(by_both.T_world_camera, truth), 1e-4);               // measured 0.005 mm
+        EXPECT_LT(away_rad(by_both.T_world_camera, truth), 0.005 * kDegree);  // 0.0013
         EXPECT_NEAR(t.photometric.gain(), 1 / gain, 0.01);
         EXPECT_NEAR(t.photometric.bias(), -bias / gain, 1.5);
 
         const PoseFit alone = descend(t.photometric, before, {}, {});
-        std::printf("alone: %.3f mm %.4f degrees\n", 1e3 * away_m(alone.T_world_camera, truth),
-                    away_rad(alone.T_world_camera, truth) / kDegree);
-        EXPECT_LT(away_m(alone.T_world_camera, truth), 0.002);
+        EXPECT_LT(away_m(alone.T_world_camera, truth), 2e-4);  // 0.027 mm
         EXPECT_LT(alone.cost, kMissCost / 2);
         t.photometric.clear();
         EXPECT_FALSE(t.photometric.has_keyframe());
@@ -274,52 +265,6 @@ TEST(Photometric, TheSameBytesForAnyNumberOfThreads) {
     EXPECT_EQ(std::memcmp(&measured[0], &measured[1], sizeof(Measured)), 0);
     EXPECT_TRUE(same_bits(fits[0].T_world_camera, fits[1].T_world_camera));
     EXPECT_GT(measured[0].seen, 0.8 * measured[0].bright);
-}
-
-// A measurement that says what it is told.
-struct Told final : PoseMeasurement {
-    Measured begin_level(const Se3&, int) override { return ++begun, says; }
-    Measured measure(const Se3&, int) override { return says; }
-    void scale_is(double scale) { scale_ = scale; }
-    Measured says;
-    int begun = 0;
-};
-
-TEST(JointMeasurement, WeighsColourByTheScaleOfDepth) {
-    Told depth, colour;
-    depth.says.system.A[0][0] = 8;
-    depth.says.system.cost = 3;
-    depth.says.system.points = 90;
-    depth.says.considered = depth.says.depth_points = 100;
-    depth.says.known = 95;
-    depth.says.close = 80;
-    depth.says.median = 0.6;
-    colour.says.system.A[0][0] = 100;
-    colour.says.system.cost = 10;
-    colour.says.system.points = 40;
-    colour.says.considered = colour.says.bright = 50;
-    colour.says.seen = 40;
-    JointMeasurement joint;
-    joint.look_at(depth, colour, 2);
-    for (const auto& [scale, weight] : {std::pair{0.5, 4.0}, {0.05, 8.0}, {1.5, 1.0}}) {
-        depth.scale_is(scale);
-        const Measured m = joint.begin_level({}, 1);
-        EXPECT_DOUBLE_EQ(m.system.A[0][0], 8 + weight * 100) << scale;
-        EXPECT_DOUBLE_EQ(m.system.cost, 3 + weight * 10);
-        EXPECT_DOUBLE_EQ(m.system.points, 90 + weight * 40);
-        EXPECT_DOUBLE_EQ(m.considered, 100 + weight * 50);
-        EXPECT_EQ(m.known, 95);
-        EXPECT_EQ(m.close, 80);
-        EXPECT_EQ(m.depth_points, 100);
-        EXPECT_EQ(m.bright, 50);
-        EXPECT_EQ(m.seen, 40);
-        EXPECT_EQ(m.median, 0.6);
-        EXPECT_EQ(joint.scale(), scale);
-        depth.scale_is(0.77);  // stays as the level began
-        EXPECT_DOUBLE_EQ(joint.measure({}, 1).system.A[0][0], 8 + weight * 100);
-    }
-    EXPECT_EQ(depth.begun, 3);
-    EXPECT_EQ(colour.begun, 3);
 }
 
 }  // namespace

@@ -72,13 +72,12 @@ TEST(PointSelection, KeepsTheBoxAndThinsTheWall) {
     t.selection.select(t.points, nullptr, t.jobs);
     const TrackLevel& level = t.points.level(0);
     const int box_kept = count_within(level, 12, 12), middle_kept = count_within(level, 40, 30);
-    std::printf("%d of %d, box %d of %d, around it %d of %d\n", level.count, all, box_kept, box,
-                middle_kept - box_kept, middle - box);
+    // Measured 8201 of 19200 points, of the box 529 of 529, around it 1128 of 4132.
     EXPECT_GT(box_kept, 0.95 * box);
     EXPECT_LT(middle_kept - box_kept, 0.4 * (middle - box));
     EXPECT_GT(middle_kept - box_kept, 0.2 * (middle - box));
-    EXPECT_GT(level.count, 0.25 * all);
-    EXPECT_LT(level.count, 0.65 * all);
+    EXPECT_GT(level.count, 0.35 * all);
+    EXPECT_LT(level.count, 0.55 * all);
     EXPECT_EQ(t.points.level(1).count, coarser) << "only the finest";
     for (int k = 0; k < level.count; ++k) {  // the list still is of the grid, in its order
         const int cell = level.cell[k];

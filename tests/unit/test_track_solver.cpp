@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What every tracker ends in: motions and poses, the 6x6 system and what it tells of itself, robust scale and
-// verdict. Against Eigen, where there is something to be held against.
+// What every tracker ends in: motions and poses, the 6x6 system and what it tells of itself, robust scale.
+// Against Eigen, where there is something to be held against.
 #include <Eigen/Dense>
 
 #include "track/residuals.h"
-#include "track/verdict.h"
 #include "track_helpers.h"
 
 namespace burin {
@@ -271,76 +270,6 @@ TEST(TrackSolver, TheScaleStaysWithinReason) {
     nothing.system.cost = 20;
     EXPECT_DOUBLE_EQ(cost_at(nothing), 0.2);
     EXPECT_NEAR(kMissCost, 1.345 * (2 - 1.345 / 2), 1e-4) << "Huber's cost of two deviations";
-}
-
-// 10000 points, all held well.
-PoseFit good_fit() {
-    PoseFit fit;
-    fit.measured.system = system_of(1e8 * Matrix6::Identity());
-    fit.measured.depth_points = fit.measured.considered = 10000;
-    fit.measured.known = 9000;
-    fit.measured.close = 8500;
-    return fit;
-}
-TrackingState state_of_fit(const PoseFit& fit, const Twist& jump = {}, double gap_s = 0.033) {
-    return judge(fit, 2, jump, gap_s).state;
-}
-
-TEST(TrackSolver, Verdicts) {
-    const auto with = [](auto&& change) {
-        PoseFit fit = good_fit();
-        change(fit.measured);
-        return state_of_fit(fit);
-    };
-    const Verdict v = judge(good_fit(), 2, {{0.03, 0, 0.04}, {0, 0.01, 0}}, 0.033);
-    EXPECT_EQ(v.state, TrackingState::tracking);
-    EXPECT_DOUBLE_EQ(v.close_share, 8500.0 / 9000);
-    EXPECT_DOUBLE_EQ(v.known_share, 0.9);
-    EXPECT_DOUBLE_EQ(v.jump_m, 0.05);
-    EXPECT_DOUBLE_EQ(v.jump_rad, 0.01);
-    EXPECT_EQ(v.free_directions, 0);
-    EXPECT_DOUBLE_EQ(v.weakest_m, std::sqrt(100 / 1e8 * 4)) << "rotation, as arc at 2 m";
-    EXPECT_EQ(v.keyframe_share, 0);
-
-    EXPECT_EQ(state_of_fit({}), TrackingState::lost);
-    EXPECT_EQ(with([](Measured& m) { m.close = 4000; }), TrackingState::weak);
-    EXPECT_EQ(with([](Measured& m) { m.close = 2000; }), TrackingState::lost);
-    EXPECT_EQ(with([](Measured& m) { m.known = 2000, m.close = 1900; }), TrackingState::weak);
-    EXPECT_EQ(with([](Measured& m) { m.known = 900, m.close = 890; }), TrackingState::lost);
-    EXPECT_EQ(with([](Measured& m) { m.depth_points = 500, m.known = m.close = 499; }), TrackingState::lost);
-    EXPECT_EQ(with([](Measured& m) { m.depth_points = m.known = m.close = 500; }), TrackingState::tracking);
-
-    PoseFit free = good_fit();
-    free.measured.system.A[0][0] = 1e6;  // 10 mm
-    EXPECT_EQ(state_of_fit(free), TrackingState::weak);
-    EXPECT_EQ(judge(free, 2, {}, 0).free_directions, 1);
-    EXPECT_DOUBLE_EQ(judge(free, 2, {}, 0).weakest_m, 0.01);
-    free.measured.system = {};
-    EXPECT_EQ(judge(free, 2, {}, 0).free_directions, 6);
-    EXPECT_EQ(judge(free, 0, {}, 0).free_directions, 6) << "no depth to measure arcs at";
-
-    EXPECT_EQ(state_of_fit(good_fit(), {{0.12, 0, 0}, {}}), TrackingState::tracking);
-    EXPECT_EQ(state_of_fit(good_fit(), {{0.15, 0, 0}, {}}), TrackingState::lost);
-    EXPECT_EQ(state_of_fit(good_fit(), {{0.15, 0, 0}, {}}, 0.1), TrackingState::tracking) << "more time";
-    EXPECT_EQ(state_of_fit(good_fit(), {{}, {0, 0.25, 0}}), TrackingState::lost);
-}
-
-TEST(TrackSolver, WhatIsNoNumberIsNeverBelieved) {
-    for (const double bad : {kNan, static_cast<double>(INFINITY)})
-        for (int i = 0; i < 6; ++i) {
-            Twist jump;
-            (i < 3 ? jump.v[i] : jump.w[i - 3]) = bad;
-            EXPECT_EQ(state_of_fit(good_fit(), jump), TrackingState::lost) << i << ' ' << bad;
-            PoseFit fit = good_fit();
-            fit.measured.system.A[i][i] = kNan;
-            EXPECT_EQ(state_of_fit(fit), TrackingState::weak) << i;
-        }
-    for (double Measured::*field : {&Measured::close, &Measured::known, &Measured::depth_points}) {
-        PoseFit fit = good_fit();
-        fit.measured.*field = kNan;
-        EXPECT_EQ(state_of_fit(fit), TrackingState::lost);
-    }
-    EXPECT_EQ(state_of_fit(good_fit(), {}, kNan), TrackingState::lost);
 }
 
 }  // namespace
