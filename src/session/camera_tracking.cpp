@@ -10,9 +10,11 @@ namespace {
 // After the camera was found again, or at the start of a map from a file, that many frames must follow one
 // another before one is fused: a wrong place does not stay right for long.
 constexpr int kSureFrames = 3;
+// A map of so many frames has few holes left, even of a sensor that misses half of its pixels.
+constexpr int kYoungFrames = 10;
 // Keyframes tried for a lost camera, a frame: of five the right one is among them 97 times in 100
 // (docs/relocalisation.md).
-constexpr int kCandidates = 3;
+constexpr int kCandidates = 5;
 // So long a motion goes on about as it was, seconds.
 constexpr double kCoasting_s = 1.5;
 // What a place has to explain to be believed without a prediction.
@@ -76,7 +78,7 @@ void CameraTracking::clear() {
     known_ = false;
     sure_ = 0;
     usual_close_share_ = usual_known_share_ = 0;
-    strange_frames_ = 0;
+    strange_frames_ = fused_ = 0;
     last_ = {};
     last_t_ns_ = 0;
 }
@@ -85,12 +87,15 @@ void CameraTracking::look_for_camera() {
     const Se3 last = last_;
     clear();
     last_ = last;
+    fused_ = kYoungFrames;
 }
 
 PoseMeasurement& CameraTracking::geometry() {
     if (options_.tracker == Tracker::icp) return icp_;
     return sdf_;
 }
+
+bool CameraTracking::young() const { return fused_ < kYoungFrames; }
 
 // Depth against the map; where the frame has colour, with brightness against the keyframe.
 PoseMeasurement& CameraTracking::measurement() {
@@ -118,7 +123,8 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
         report.T_world_camera = frame.T_world_camera;
         report.state = report.verdict.state = TrackingState::tracking;
         sure_ = kSureFrames;
-        prior_.predict(frame.t_ns, frame.imu, frame.imu_count, frame.T_camera_imu);
+        const int samples = options_.gyro ? frame.imu_count : 0;
+        prior_.predict(frame.t_ns, samples > 0 ? frame.imu : nullptr, samples, frame.T_camera_imu);
     } else {
         if (frames_ == 1) last_ = frame.T_world_camera;
         const PoseFit fit = known_ ? follow(frame, &report) : find_again(depth, frame, &report);
@@ -135,6 +141,7 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
     keep(depth, frame, report);
     sure_ = report.state == TrackingState::tracking ? sure_ + 1 : std::min(sure_, kSureFrames);
     if (sure_ <= kSureFrames && report.state == TrackingState::tracking) report.state = TrackingState::weak;
+    if (report.state == TrackingState::tracking) fused_ = std::min(fused_ + 1, kYoungFrames);
     return report;
 }
 
@@ -162,7 +169,7 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
     report->evaluations = fit.evaluations + 2;
     const double gap_s = static_cast<double>(frame.t_ns - last_t_ns_) * 1e-9;
     report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera),
-                            std::max(gap_s, 0.0));
+                            std::max(gap_s, 0.0), young());
     if (report->verdict.state == TrackingState::weak && report->verdict.free_directions > 0 &&
         std::isfinite(ahead.translation_sigma_m)) {
         // Where the frame holds nothing, the guess is better than what noise says.
@@ -172,7 +179,7 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
         fit = descend(measured, start, prior, options_.descent);
         report->evaluations += fit.evaluations;
         report->verdict = judge(fit, points_.mean_depth_m(), motion_between(predicted, fit.T_world_camera),
-                                std::max(gap_s, 0.0));
+                                std::max(gap_s, 0.0), young());
         report->verdict.free_directions = verdict.free_directions;
         report->verdict.weakest_m = verdict.weakest_m;
         if (report->verdict.state == TrackingState::tracking) report->verdict.state = TrackingState::weak;
@@ -199,14 +206,14 @@ bool CameraTracking::doubtful(const Verdict& verdict) const {
 
 // A start that is off by more than the field's band tells, brought near by ICP and colour against what the
 // map looks like from there, with a quarter of the rays. Twice: the second view is from nearby.
-Se3 CameraTracking::drawn_near(const Se3& start, TrackingReport* report) {
+Se3 CameraTracking::drawn_near(const Se3& start, bool by_colour, TrackingReport* report) {
     if (options_.tracker != Tracker::icp) icp_.look_at(points_, *jobs_);
     DescentOptions coarse;
     coarse.finest = 1;
     Se3 near = start;
     for (int turn = 0; turn < 2; ++turn) {
         icp_.look_from(*volume_, grid_camera_, near, max_depth_m_, *jobs_, 1);
-        const bool colour = has_view_colour();
+        const bool colour = by_colour && has_view_colour();
         JointMeasurement both;
         if (colour) {
             rendered_.set_keyframe(icp_.reference());
@@ -251,8 +258,8 @@ Se3 CameraTracking::swept(const Se3& near, TrackingReport* report) {
 
 // From nearby into the field; where there is colour held along walls by the map's own, without its finest
 // level, which the view of the map does not have.
-PoseFit CameraTracking::settled(const Se3& near, TrackingReport* report) {
-    if (!has_view_colour()) {
+PoseFit CameraTracking::settled(const Se3& near, bool by_colour, TrackingReport* report) {
+    if (!by_colour || !has_view_colour()) {
         const PoseFit fit = descend(sdf_, near, {}, options_.descent);
         report->evaluations += fit.evaluations;
         return fit;
@@ -297,7 +304,7 @@ PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, T
         report->verdict = v;
         best = fit;
     };
-    attempt(drawn_near(last_, report));
+    attempt(drawn_near(last_, true, report));
     if (bright_ && photometric_.has_keyframe()) {
         DescentOptions coarse;
         coarse.finest = 1;
@@ -324,18 +331,22 @@ PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& fra
         starts[count++] = ahead.has_gyro ? ahead.gyro : ahead.constant_velocity;
     const int found = ferns_.nearest(ferns_.encode(make_thumbnail(depth, frame)), matches, kCandidates);
     for (int i = 0; i < found; ++i) starts[count++] = matches[i].T_world_camera;
-    for (int i = 0; i < count; ++i) {
-        const Se3 near = drawn_near(starts[i], report);
-        const PoseFit fit = settled(near, report);
+    const auto attempt = [&](const Se3& start, bool by_colour) {
+        const PoseFit fit = settled(drawn_near(start, by_colour, report), by_colour, report);
         const Verdict v = judge(fit, points_.mean_depth_m(), {}, 0);
-        const bool fits = v.state != TrackingState::lost && v.close_share >= kFoundClose &&
-                          v.close_share >= kStrange * usual_close_share_ && v.known_share >= kFoundKnown;
-        if (!fits || !looks_like_map(fit.T_world_camera)) continue;
-        if (report->relocalised && misfit(fit, v) >= misfit(best, report->verdict)) continue;
+        if (v.state == TrackingState::lost || v.close_share < kFoundClose ||
+            v.close_share < kStrange * usual_close_share_ || v.known_share < kFoundKnown ||
+            !looks_like_map(fit.T_world_camera))
+            return false;
+        if (report->relocalised && misfit(fit, v) >= misfit(best, report->verdict)) return true;
         report->relocalised = true;
         report->verdict = v;
         best = fit;
-    }
+        return true;
+    };
+    // Colour holds what depth leaves free; from far off it may lead astray, and depth alone does not.
+    for (int i = 0; i < count; ++i)
+        if (!bright_ || !attempt(starts[i], true)) (void)attempt(starts[i], false);
     if (report->relocalised) {
         prior_.forget_motion();
         photometric_.clear();

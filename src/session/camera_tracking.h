@@ -63,11 +63,12 @@ class CameraTracking {
   private:
     PoseMeasurement& geometry();
     PoseMeasurement& measurement();
-    Se3 drawn_near(const Se3& start, TrackingReport* report);
+    Se3 drawn_near(const Se3& start, bool by_colour, TrackingReport* report);
     Se3 swept(const Se3& near, TrackingReport* report);
-    PoseFit settled(const Se3& near, TrackingReport* report);
+    PoseFit settled(const Se3& near, bool by_colour, TrackingReport* report);
     bool has_view_colour() const;
     bool looks_like_map(const Se3& T_world_camera);
+    bool young() const;
     bool strange(const Verdict& verdict) const;
     bool doubtful(const Verdict& verdict) const;
     PoseFit rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report);
@@ -100,6 +101,7 @@ class CameraTracking {
     bool known_ = false;                                    // where the camera was in the last frame
     int sure_ = 0;                                          // frames tracked one after another
     double usual_close_share_ = 0, usual_known_share_ = 0;  // of recent frames, 0: not known
+    int fused_ = 0;                                         // frames, up to kYoungFrames
     int strange_frames_ = 0;                                // in a row
     Se3 last_;                                              // the last pose that was known
     std::int64_t last_t_ns_ = 0;

@@ -57,7 +57,7 @@ void TrackPoints::average_blocks(const DepthImage& depth, int side, int row) {
         }
         const int at = row * to.width + column;
         to.grid_x[at] = to.grid_y[at] = to.grid_z[at] = 0;
-        if (2 * count < side * side) continue;
+        if (4 * count < side * side) continue;
         const float inverse = 1.0f / static_cast<float>(count);
         const float z = static_cast<float>(sum) * inverse * depth.unit_m;
         if (z > farthest_m_) continue;

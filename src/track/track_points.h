@@ -35,8 +35,8 @@ class TrackPoints {
     // max_depth_m: where the depth stage cuts. Of a surface near it only readings that err towards the camera
     // are left, so points within four standard deviations of it are left out.
     void place(Arena& arena, int max_width, int max_height, float max_depth_m);
-    // Every level from the image. A block counts when at least half of its readings are there and they lie on
-    // one surface; a coarser one when at least two of its four do.
+    // Every level from the image. A block counts when at least a quarter of its readings are there and they
+    // lie on one surface; a coarser one when at least two of its four do.
     void build(const DepthImage& depth, Jobs& jobs);
 
     const TrackLevel& level(int i) const { return levels_[i]; }

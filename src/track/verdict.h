@@ -31,6 +31,8 @@ inline constexpr int kLeastPoints = 500;
 inline constexpr double kCorrelated = 100;
 
 // reach: mean depth of the points, metres. jump from the prediction over gap_s seconds since the last pose.
-Verdict judge(const PoseFit& fit, double reach_m, const Twist& jump, double gap_s);
+// young: the map is of a few frames, with holes wherever readings were missing; few points then find their
+// eight voxels, and as long as those agree the next frames have to fill it.
+Verdict judge(const PoseFit& fit, double reach_m, const Twist& jump, double gap_s, bool young = false);
 
 }  // namespace burin
