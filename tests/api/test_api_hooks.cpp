@@ -410,7 +410,7 @@ TEST_F(Hooks, Log) {
     burin_set_log(Lines::log, &lines);
     {
         burin_config config = test_config();
-        config.budget_bytes = 1u << 20;
+        config.budget_bytes = (1u << 20) + (16u << 10);
         const ApiMap map(config);
         lines.map = map.map;
         ASSERT_EQ(lines.all.size(), 1u);
