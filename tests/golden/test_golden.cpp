@@ -96,8 +96,15 @@ void check_sequence(const std::string& name, int count, const FrameAt& frame_at,
                 config.threads = run.threads;
                 run.session = std::make_unique<TestSession>(config);
             }
-            ASSERT_EQ(run.session->integrate(view_of(frame)).chunks.dropped, 0u)
-                << "the budget of this test is too small";
+            FrameReport report;
+            if (config.tracker == BURIN_TRACKER_NONE) {
+                report = run.session->integrate(view_of(frame));
+            } else {
+                const ScanReport scanned = run.session->session.scan(view_of(frame), run.session->jobs);
+                ASSERT_EQ(scanned.tracking.state, TrackingState::tracking) << i;
+                report = scanned.fusion;
+            }
+            ASSERT_EQ(report.chunks.dropped, 0u) << "the budget of this test is too small";
         }
     }
     std::string map, mesh;
@@ -167,6 +174,14 @@ TEST(Golden, Room) {
     const std::vector<Frame>& frames = rendered("room", 8);
     check("room 320x240 8 frames, input", input_hash(frames));
     check_sequence("room 320x240 8 frames 15 mm", frames, config_of(0.015f));
+}
+
+// Frames are fused where they were tracked to be: equal maps are equal poses, to the last bit.
+TEST(Golden, RoomScanned) {
+    burin_config config = burin_scan_config_default();
+    config.voxel_m = 0.015f;
+    config.budget_bytes = 128u << 20;
+    check_sequence("room 320x240 8 frames 15 mm, scanned", rendered("room", 8), config);
 }
 
 TEST(Golden, RoomWithEveryOption) {
