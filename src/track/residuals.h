@@ -26,7 +26,7 @@ struct ResidualBins {
 
     void clear() { std::memset(bins, 0, sizeof bins); }
     void add(float normalised) {
-        if (normalised >= 0) ++bins[std::min(static_cast<int>(normalised * kPerUnit), kBins - 1)];
+        if (normalised >= 0) ++bins[static_cast<int>(std::min(normalised * kPerUnit, kBins - 1.0f))];
     }
     void add(const ResidualBins& other) {
         for (int i = 0; i < kBins; ++i) bins[i] += other.bins[i];
