@@ -63,18 +63,31 @@ class CameraTracking {
   private:
     PoseMeasurement& geometry();
     PoseMeasurement& measurement();
+    Prediction predict(const FrameView& frame);
+    double since_last_s(
+        const FrameView& frame) const;  // seconds from the last pose that was known, not below 0
+    // descend, its evaluations counted.
+    static PoseFit fitted(PoseMeasurement& measured, const Se3& start, const MotionPriorTerm& prior,
+                          const DescentOptions& options, TrackingReport* report);
+    PoseFit follow(const FrameView& frame, TrackingReport* report);
+    // Among the frames that were fused a frame with this verdict stands out.
+    static constexpr double kStrange = 0.93;
+    bool fits_less_than_usual(const Verdict& verdict) const {
+        return verdict.close_share < kStrange * usual_close_share_;
+    }
+    bool strange(const Verdict& verdict) const;
+    bool doubtful(const Verdict& verdict) const;
+    void keep(const DepthImage& depth, const FrameView& frame, const TrackingReport& report);
+
+    // camera_recovery.cpp
+    PoseFit rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report);
+    PoseFit find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report);
     Se3 drawn_near(const Se3& start, bool by_colour, TrackingReport* report);
     Se3 swept(const Se3& near, TrackingReport* report);
     PoseFit settled(const Se3& near, bool by_colour, TrackingReport* report);
+    bool view_map(const Se3& T_world_camera);
     bool has_view_colour() const;
     bool looks_like_map(const Se3& T_world_camera);
-    bool young() const;
-    bool strange(const Verdict& verdict) const;
-    bool doubtful(const Verdict& verdict) const;
-    PoseFit rescued(const FrameView& frame, const PoseFit& failed, TrackingReport* report);
-    PoseFit follow(const FrameView& frame, TrackingReport* report);
-    PoseFit find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report);
-    void keep(const DepthImage& depth, const FrameView& frame, const TrackingReport& report);
 
     TrackingOptions options_;
     float max_depth_m_ = 0;
@@ -95,6 +108,7 @@ class CameraTracking {
     const Volume* volume_ = nullptr;
     Jobs* jobs_ = nullptr;
     Camera grid_camera_;
+    bool icp_ready_ = false;  // it has the points
 
     std::uint64_t frames_ = 0;
     bool bright_ = false;                                   // this frame has colour

@@ -15,7 +15,7 @@ int colour_luma(const FrameView& f, int x, int y, int count) {
     const std::uint8_t* p = f.colour.row(y) + kBytes * x;
     int sum = 0;
     for (int i = 0; i < count; ++i, p += kBytes)
-        sum += 77 * p[kSwapped ? 2 : 0] + 150 * p[1] + 29 * p[kSwapped ? 0 : 2];
+        sum += luma_256(p[kSwapped ? 2 : 0], p[1], p[kSwapped ? 0 : 2]);
     return sum;
 }
 int grey_luma(const FrameView& f, int x, int y, int count) {

@@ -10,6 +10,9 @@
 
 namespace burin {
 
+// BT.601 of 8-bit sRGB values, in units of 1/256.
+inline int luma_256(int red, int green, int blue) { return 77 * red + 150 * green + 29 * blue; }
+
 // Luma (BT.601) of sRGB values, 0 .. 255, averaged over blocks of TrackPoints::block_side of the colour
 // image. It is not linearised: gain and bias are fitted from frame to frame, and in sRGB the noise is about
 // the same at every brightness.

@@ -21,8 +21,6 @@ constexpr float kNearest_m = 0.05f;
 
 }  // namespace
 
-struct IcpTracker::Item : ResidualItem {};
-
 void IcpTracker::place(Arena& arena, int max_width, int max_height) {
     reference_.place(arena, max_width, max_height);
     int most = std::min(max_width * max_height, TrackPoints::kMostPoints);
@@ -30,7 +28,7 @@ void IcpTracker::place(Arena& arena, int max_width, int max_height) {
         for (float*& axis : level) axis = arena.allocate<float>(static_cast<std::size_t>(most) + 16, 64);
         most = std::max(most / 4, 1);
     }
-    items_ = arena.allocate<Item>(kMostItems, 64);
+    items_ = arena.allocate<ResidualItem>(kMostItems, 64);
 }
 
 void IcpTracker::look_at(const TrackPoints& points, Jobs& jobs) {
@@ -39,12 +37,13 @@ void IcpTracker::look_at(const TrackPoints& points, Jobs& jobs) {
     for (int i = 0; i < TrackPoints::kLevels; ++i) {
         const TrackLevel& level = points.level(i);
         const PointGrid grid = grid_of(level);
-        jobs.run((level.count + kPointsPerItem - 1) / kPointsPerItem, [&](int item, int) {
-            const int end = std::min(level.count, (item + 1) * kPointsPerItem);
-            for (int k = item * kPointsPerItem; k < end; ++k) {
-                const Vec3f n = grid_normal(grid, level.cell[k]);
-                for (int axis = 0; axis < 3; ++axis) normals_[i][axis][k] = n[axis];
-            }
+        jobs.run(items_of(level.count), [&](int item, int) {
+            in_batches(level.count, item, [&](int first, int count) {
+                for (int k = first; k < first + count; ++k) {
+                    const Vec3f n = grid_normal(grid, level.cell[k]);
+                    for (int axis = 0; axis < 3; ++axis) normals_[i][axis][k] = n[axis];
+                }
+            });
         });
     }
 }
@@ -52,7 +51,7 @@ void IcpTracker::look_at(const TrackPoints& points, Jobs& jobs) {
 Measured IcpTracker::measure(const Se3& T_world_camera, int level) {
     const TrackLevel& points = points_->level(level);
     const simd::SurfaceGrid grid = reference_.grid(level);
-    const int items = (points.count + kPointsPerItem - 1) / kPointsPerItem;
+    const int items = items_of(points.count);
     const Se3 T_reference_camera = reference_.T_world_reference().inverse() * T_world_camera;
     simd::Association by;
     for (int i = 0; i < 9; ++i) by.R[i] = static_cast<float>(T_reference_camera.R.m[i]);
@@ -60,11 +59,7 @@ Measured IcpTracker::measure(const Se3& T_world_camera, int level) {
     by.most_m = kGates[level].most_m;
     by.least_cos = kGates[level].least_cos;
     by.nearest_m = kNearest_m;
-    simd::TrackRobust robust;
-    robust.inverse_scale = static_cast<float>(1 / scale_);
-    robust.threshold = kHuber;
-    robust.tukey = false;
-    robust.limit_m = by.most_m;
+    const simd::TrackRobust robust = huber(scale_, by.most_m);
     const float close = static_cast<float>(kCloseSigmas / scale_);
     float* const* normals = normals_[level];
     jobs_->run(items, [&](int item, int) {
@@ -73,20 +68,15 @@ Measured IcpTracker::measure(const Se3& T_world_camera, int level) {
         alignas(64) float distance[simd::kSampleBatch], gradient[3][simd::kSampleBatch],
             normalised[simd::kSampleBatch];
         float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
-        const int end = std::min(points.count, (item + 1) * kPointsPerItem);
-        for (int first = item * kPointsPerItem; first < end; first += simd::kSampleBatch) {
-            const int count = std::min(simd::kSampleBatch, end - first);
+        in_batches(points.count, item, [&](int first, int count) {
             const float *x = points.x + first, *y = points.y + first, *z = points.z + first;
             simd::associate(grid, by, {x, y, z, normals[0] + first, normals[1] + first, normals[2] + first},
                             count, distance, gradients);
             simd::track_sums({x, y, z, points.inverse_sigma + first, distance, gradients}, count, by.R,
                              robust, out.sums, normalised);
-            for (int i = 0; i < count; ++i) {
-                out.bins.add(normalised[i]);
-                out.known += normalised[i] >= 0;
-                out.close += normalised[i] >= 0 && normalised[i] < close;
-            }
-        }
+            out.take(normalised, count, close);
+            for (int i = 0; i < count; ++i) out.known += normalised[i] >= 0;
+        });
     });
     return measured_of(items_, items, points.count, scale_);
 }

@@ -13,6 +13,8 @@
 
 namespace burin {
 
+struct ResidualItem;
+
 struct IcpGates {     // of correspondences at one level
     float most_m;     // from the model's point
     float least_cos;  // of the angle between normals
@@ -49,8 +51,7 @@ class IcpTracker final : public PoseMeasurement {
     const TrackPoints* points_ = nullptr;
     Jobs* jobs_ = nullptr;
     float* normals_[TrackPoints::kLevels][3] = {};  // beside the lists of TrackLevel, zero: none
-    struct Item;
-    Item* items_ = nullptr;
+    ResidualItem* items_ = nullptr;
 };
 
 }  // namespace burin

@@ -21,6 +21,7 @@ struct Prediction {         // poses are T_world_camera
     Se3 still;              // the last pose
     bool has_gyro = false;
     Se3 gyro;  // rotation by the gyroscope, translation by constant velocity
+    const Se3& best() const { return has_gyro ? gyro : constant_velocity; }
     // Standard deviations, per axis, of the best prediction (gyro, else constant velocity): rotation about
     // the camera's own axes, and position. Infinite before the first pose: a weight of 0.
     double rotation_sigma_rad = 0, translation_sigma_m = 0;

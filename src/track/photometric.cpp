@@ -91,19 +91,13 @@ void Photometric::measure_item(const Se3& T, int level, int item, ResidualItem* 
     float R[9], t[3];
     for (int i = 0; i < 9; ++i) R[i] = static_cast<float>(T.R.m[i]);
     for (int i = 0; i < 3; ++i) t[i] = static_cast<float>(T.t[i]);
-    simd::TrackRobust robust;
-    robust.inverse_scale = static_cast<float>(1 / scale_);
-    robust.threshold = kHuber;
-    robust.tukey = false;
-    robust.limit_m = kLimitGrey;
+    const simd::TrackRobust robust = huber(scale_, kLimitGrey);
     alignas(64) float distance[simd::kSampleBatch], gradient[3][simd::kSampleBatch],
         normalised[simd::kSampleBatch], sigma[simd::kSampleBatch];
     std::fill_n(sigma, simd::kSampleBatch, 1 / kSigmaGrey);
     const float* gradients[3] = {gradient[0], gradient[1], gradient[2]};
     out->clear();
-    const int end = std::min(points.count, (item + 1) * kPointsPerItem);
-    for (int first = item * kPointsPerItem; first < end; first += simd::kSampleBatch) {
-        const int count = std::min(simd::kSampleBatch, end - first);
+    in_batches(points.count, item, [&](int first, int count) {
         for (int k = 0; k < simd::kSampleBatch; ++k) {
             distance[k] = std::numeric_limits<float>::quiet_NaN();
             gradient[0][k] = gradient[1][k] = gradient[2][k] = 0;
@@ -144,16 +138,13 @@ void Photometric::measure_item(const Se3& T, int level, int item, ResidualItem* 
         }
         simd::track_sums({points.x + first, points.y + first, points.z + first, sigma, distance, gradients},
                          count, R, robust, out->sums, normalised);
-        for (int k = 0; k < count; ++k) {
-            out->bins.add(normalised[k]);
-            out->close += normalised[k] >= 0;
-        }
-    }
+        out->take(normalised, count, std::numeric_limits<float>::infinity());
+    });
 }
 
 Measured Photometric::measure(const Se3& T_world_camera, int level) {
     const int count = points_->level(level).count;
-    const int items = (count + kPointsPerItem - 1) / kPointsPerItem;
+    const int items = items_of(count);
     const Se3 T = T_world_keyframe_.inverse() * T_world_camera;
     jobs_->run(items, [&](int item, int) { measure_item(T, level, item, &items_[item], nullptr); });
     Measured out = measured_of(items_, items, count, scale_);
@@ -168,7 +159,7 @@ Measured Photometric::measure(const Se3& T_world_camera, int level) {
 // small wherever the images do not fit yet. Then the scale.
 Measured Photometric::begin_level(const Se3& T_world_camera, int level) {
     const int count = points_->level(level).count;
-    const int items = (count + kPointsPerItem - 1) / kPointsPerItem;
+    const int items = items_of(count);
     const Se3 T = T_world_keyframe_.inverse() * T_world_camera;
     jobs_->run(items, [&](int item, int) {
         moments_[item] = {};

@@ -7,6 +7,7 @@
 
 #include "depth/filters.h"
 #include "map/raycast.h"
+#include "track/grey_image.h"
 
 namespace burin {
 namespace {
@@ -98,7 +99,7 @@ void ReferenceView::cast(const Volume& volume, float max_depth_m, Level& to, Job
     if (has_grey_)
         for (int i = 0; i < camera.width * camera.height; ++i) {
             const std::uint8_t* c = rgb_ + 3 * i;
-            const int luma = 77 * c[0] + 150 * c[1] + 29 * c[2];  // as GreyImage; black is "no colour" there
+            const int luma = luma_256(c[0], c[1], c[2]);  // black is "no colour" there
             to.grey[i] = luma > 0 ? static_cast<float>(luma) * (1.0f / 256) : -1.0f;
         }
     const float inverse_fx = static_cast<float>(1 / camera.fx),
@@ -175,6 +176,7 @@ void ReferenceView::look_from(const Volume& volume, const Camera& camera, const 
 void ReferenceView::look_at_frame(const TrackPoints& points, const Se3& T_world_reference, Jobs& jobs) {
     T_world_reference_ = T_world_reference;
     finest_ = 0;
+    has_grey_ = false;
     for (int i = 0; i < TrackPoints::kLevels; ++i) {
         const TrackLevel& from = points.level(i);
         Level& to = levels_[i];

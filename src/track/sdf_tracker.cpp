@@ -8,10 +8,8 @@
 
 namespace burin {
 
-struct SdfTracker::Item : ResidualItem {};
-
 void SdfTracker::place(Arena& arena) {
-    items_ = arena.allocate<Item>(kMostItems, 64);
+    items_ = arena.allocate<ResidualItem>(kMostItems, 64);
     auto most = static_cast<std::size_t>(TrackPoints::kMostPoints);
     for (CellChunks*& chunks : chunks_) {
         chunks = arena.allocate<CellChunks>(most, 64);
@@ -29,16 +27,12 @@ void SdfTracker::look_at(const Volume& volume, const TrackPoints& points, Jobs& 
 
 Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
     const TrackLevel& points = points_->level(level);
-    const int items = (points.count + kPointsPerItem - 1) / kPointsPerItem;
+    const int items = items_of(points.count);
     const LatticeFrame frame(*volume_, T_world_camera);
     float R[9];
     for (int i = 0; i < 9; ++i) R[i] = static_cast<float>(T_world_camera.R.m[i]);
-    simd::TrackRobust robust;
-    robust.inverse_scale = static_cast<float>(1 / scale_);
-    robust.threshold = kHuber;
-    robust.tukey = false;
     // The field says "at least the truncation" from there on, and its gradient vanishes.
-    robust.limit_m = 0.97f * volume_->shape().truncation_m;
+    const simd::TrackRobust robust = huber(scale_, 0.97f * volume_->shape().truncation_m);
     const float close = static_cast<float>(kCloseSigmas / scale_);
     jobs_->run(items, [&](int item, int) {
         ResidualItem& out = items_[item];
@@ -47,9 +41,7 @@ Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
         alignas(64) float distance[simd::kSampleBatch], gradient[3][simd::kSampleBatch],
             normalised[simd::kSampleBatch];
         float* gradients[3] = {gradient[0], gradient[1], gradient[2]};
-        const int end = std::min(points.count, (item + 1) * kPointsPerItem);
-        for (int first = item * kPointsPerItem; first < end; first += simd::kSampleBatch) {
-            const int count = std::min(simd::kSampleBatch, end - first);
+        in_batches(points.count, item, [&](int first, int count) {
             const float *x = points.x + first, *y = points.y + first, *z = points.z + first;
             sampler.sample(frame, x, y, z, static_cast<std::size_t>(count), distance, gradients,
                            chunks_[level] + first);
@@ -57,12 +49,9 @@ Measured SdfTracker::measure(const Se3& T_world_camera, int level) {
                       std::numeric_limits<float>::quiet_NaN());
             simd::track_sums({x, y, z, points.inverse_sigma + first, distance, gradients}, count, R, robust,
                              out.sums, normalised);
-            for (int i = 0; i < count; ++i) {
-                out.bins.add(normalised[i]);
-                out.known += !std::isnan(distance[i]);
-                out.close += normalised[i] >= 0 && normalised[i] < close;
-            }
-        }
+            out.take(normalised, count, close);
+            for (int i = 0; i < count; ++i) out.known += !std::isnan(distance[i]);
+        });
     });
     return measured_of(items_, items, points.count, scale_);
 }

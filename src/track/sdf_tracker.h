@@ -15,6 +15,8 @@
 
 namespace burin {
 
+struct ResidualItem;
+
 class SdfTracker final : public PoseMeasurement {
   public:
     void place(Arena& arena);
@@ -30,8 +32,7 @@ class SdfTracker final : public PoseMeasurement {
     const Volume* volume_ = nullptr;
     const TrackPoints* points_ = nullptr;
     Jobs* jobs_ = nullptr;
-    struct Item;
-    Item* items_ = nullptr;
+    ResidualItem* items_ = nullptr;
     CellChunks* chunks_[TrackPoints::kLevels] = {};  // of each point in the list
 };
 
