@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scene_helpers.h"
+#include "track/track_points.h"
 
 namespace burin {
 
@@ -76,6 +77,48 @@ inline burin_config scan_config(float voxel_m = 0.01f) {
     c.max_height = 120;
     return c;
 }
+
+// Where the map of the room is seen from, and beyond.
+inline Se3 room_view(int i) { return look_from({0.05 * i, -0.1 + 0.02 * i, 0.03 * i}, {0.1, 0.3, 2.0}); }
+// The room as a map, from six true poses.
+inline const Volume& fused_room(TestSession& session, const Camera& camera) {
+    for (int i = 0; i < 6; ++i)
+        session.integrate(frame_of(tracking_room().depth(camera, room_view(i)), camera, room_view(i)));
+    return session.volume();
+}
+
+// Depth of a scan for scenes without noise.
+inline DepthOptions noiseless_depth() {
+    DepthOptions o = options_of(scan_config()).depth;
+    o.bilateral = false;
+    return o;
+}
+
+// Depth, threads and points of one frame, in one memory with the parts that a test adds.
+struct TrackRig {
+    TrackRig(const DepthOptions& options, int threads) : depth(options), jobs(threads) {}
+    // place(arena) lays out the parts of the derived rig.
+    template <class Place>
+    void lay_out(const Camera& camera, float max_depth_m, Place&& place) {
+        const auto place_all = [&](Arena& arena) {
+            points.place(arena, camera.width, camera.height, max_depth_m);
+            place(arena);
+        };
+        Arena measure;
+        place_all(measure);
+        memory = aligned_memory(measure.used());
+        Arena arena(memory.get(), measure.used());
+        place_all(arena);
+    }
+    void build_points(const Image<float>& image, const Camera& camera) {
+        points.build(depth.prepare(frame_of(image, camera, {})), jobs);
+    }
+
+    TestDepth depth;
+    Jobs jobs;
+    Memory memory;
+    TrackPoints points;
+};
 
 // A round through the room in `count` frames of 160 x 120, 30 a second, with colour.
 struct RoomSequence {

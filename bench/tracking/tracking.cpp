@@ -90,7 +90,7 @@ int run(int argc, char** argv) {
         if (!text->empty() && !parse_span(*text, span))
             return std::fprintf(stderr, "'%s': expected frames A:B with A < B\n", text->c_str()), 2;
     burin_config& config = o.run.config;
-    config.colour = 0;  // of the map: the tracker has its keyframe
+    config.colour = o.run.tracking.colour;  // of the map: a lost camera is found by it
     config.weight = o.weight == "inverse-z2" ? BURIN_WEIGHT_INVERSE_Z2 : BURIN_WEIGHT_CONSTANT;
     config.drop = o.drop == "linear"        ? BURIN_DROP_LINEAR
                   : o.drop == "exponential" ? BURIN_DROP_EXPONENTIAL

@@ -13,8 +13,8 @@ struct ScanOptions {
     bool no_track_colour = false, no_gyro = false;
 };
 
-// The first frame with a pose tells the world it is in (its z up, if the data set's is); the others' are not
-// looked at.
+// The first frame that is fused tells the world, when it has a pose (whose z is up, if the data set's is),
+// else it is where its camera is; other poses are not looked at.
 burin_status scan_frame(const Frame& frame, burin_map map, Totals* totals, std::string* note) {
     burin_frame in = c_frame(frame);
     if (!frame.has_pose) in.T_world_camera = burin_frame_default().T_world_camera;
@@ -43,12 +43,11 @@ burin_status scan_frame(const Frame& frame, burin_map map, Totals* totals, std::
     return BURIN_OK;
 }
 
-Status finish_options(ScanOptions& o) {
+void finish_options(ScanOptions& o) {
     burin_config& config = o.common.map.config;
     config.tracker = o.tracker == "icp" ? BURIN_TRACKER_ICP : BURIN_TRACKER_SDF;
     config.track_colour = !o.no_track_colour;
     config.track_gyro = !o.no_gyro;
-    return {};
 }
 
 }  // namespace
@@ -67,10 +66,7 @@ void add_scan(CLI::App& app, int* exit) {
     command->add_flag("--no-track-colour", o->no_track_colour, "track by depth alone");
     command->add_flag("--no-gyro", o->no_gyro, "leave the gyroscope out");
     command->callback([o, exit] {
-        if (const Status status = finish_options(*o); !status.ok()) {
-            *exit = complain_input(status);
-            return;
-        }
+        finish_options(*o);
         *exit = reconstruct(
             o->common,
             {"scan", scan_frame,

@@ -15,6 +15,12 @@ constexpr float kSigmaGrey = 2;
 constexpr float kLimitGrey = 60;
 // A keyframe's point this much nearer or farther than ours hides it or is hidden.
 constexpr float kSameSurface = 0.05f;
+// Nearer than any depth sensor sees, metres.
+constexpr float kNearest_m = 0.05f;
+// Fewer matches say nothing of an exposure; nor does a spread below that of noise, levels squared.
+constexpr double kLeastMatches = 100, kLeastSpread = 4;
+// Twice or half as bright is what an automatic exposure does between two keyframes.
+constexpr double kLeastGain = 0.5, kMostGain = 2;
 
 }  // namespace
 
@@ -110,7 +116,7 @@ void Photometric::measure_item(const Se3& T, int level, int item, ResidualItem* 
             const float px = R[0] * x + R[1] * y + R[2] * z + t[0],
                         py = R[3] * x + R[4] * y + R[5] * z + t[1],
                         pz = R[6] * x + R[7] * y + R[8] * z + t[2];
-            if (!(pz > 0.05f)) continue;
+            if (!(pz > kNearest_m)) continue;
             const float inverse_z = 1.0f / pz;
             const float u = fx * (px * inverse_z) + cx, v = fy * (py * inverse_z) + cy;
             if (!(u >= 0 && v >= 0 && u < static_cast<float>(width - 1) &&
@@ -167,11 +173,13 @@ Measured Photometric::begin_level(const Se3& T_world_camera, int level) {
     });
     Moments all;
     for (int i = 0; i < items; ++i) all.add(moments_[i]);
-    if (all.count >= 100) {
+    if (all.count >= kLeastMatches) {
         const double k = all.k / all.count, c = all.c / all.count;
         const double spread_k = all.kk / all.count - k * k, spread_c = all.cc / all.count - c * c;
         // A flat wall has no spread to go by: then the bias alone.
-        gain_ = spread_k > 4 && spread_c > 4 ? std::clamp(std::sqrt(spread_k / spread_c), 0.5, 2.0) : 1;
+        gain_ = spread_k > kLeastSpread && spread_c > kLeastSpread
+                    ? std::clamp(std::sqrt(spread_k / spread_c), kLeastGain, kMostGain)
+                    : 1;
         bias_ = k - gain_ * c;
     }
     return begin_with_scale(T_world_camera, level);

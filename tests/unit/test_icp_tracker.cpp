@@ -5,34 +5,19 @@
 
 #include <gtest/gtest.h>
 
-#include "scene_helpers.h"
+#include "track_helpers.h"
 
 namespace burin {
 namespace {
 
 constexpr float kReach_m = 4;
 
-// A corner of a room with balls in it, without noise, seen by a VGA camera.
-AnalyticScene room() {
-    return {{{{0, 0, -1}, -2.6}, {{0, -1, 0}, -1.1}, {{1, 0, 0}, -1.7}, {{-1, 0, 0}, -2.1}},
-            {{{-0.7, 0.7, 1.9}, 0.4},
-             {{0.6, 0.2, 2.2}, 0.35},
-             {{0.1, 0.9, 1.5}, 0.25},
-             {{-0.9, -0.6, 2.4}, 0.3}}};
-}
+// A room without noise, seen by a VGA camera.
 const Camera kCamera = test_camera(640, 480);
-Se3 view(int i) { return look_from({0.05 * i, -0.1 + 0.02 * i, 0.03 * i}, {0.1, 0.3, 2.0}); }
 
-// Depth, points and tracker of one frame, each in its own memory.
-struct Tracked {
-    explicit Tracked(int threads = 1) : depth(depth_options()), jobs(threads) {
-        Arena measure;
-        TrackPoints().place(measure, kCamera.width, kCamera.height, 10);
-        IcpTracker().place(measure, kCamera.width, kCamera.height);
-        memory = aligned_memory(measure.used());
-        Arena arena(memory.get(), measure.used());
-        points.place(arena, kCamera.width, kCamera.height, 10);
-        icp.place(arena, kCamera.width, kCamera.height);
+struct Tracked : TrackRig {
+    explicit Tracked(int threads = 1) : TrackRig(depth_options(), threads) {
+        lay_out(kCamera, 10, [&](Arena& arena) { icp.place(arena, kCamera.width, kCamera.height); });
     }
     static DepthOptions depth_options() {
         DepthOptions o;
@@ -40,21 +25,17 @@ struct Tracked {
         return o;
     }
     void see(const Image<float>& image) {
-        points.build(depth.prepare(frame_of(image, kCamera, {})), jobs);
+        build_points(image, kCamera);
         icp.look_at(points, jobs);
     }
     void look_from(const Volume& volume, const Se3& T, int finest = 0) {
         icp.look_from(volume, points.level(0).camera, T, kReach_m, jobs, finest);
     }
 
-    TestDepth depth;
-    Jobs jobs;
-    Memory memory;
-    TrackPoints points;
     IcpTracker icp;
 };
 
-// The room as a map of 10 mm voxels, fused from six true poses.
+// The room as a map of 10 mm voxels.
 const Volume& map() {
     static TestSession session = [] {
         burin_config config = test_config(0.01f);
@@ -64,42 +45,14 @@ const Volume& map() {
         config.edge_removal = 1;
         return TestSession(config);
     }();
-    static const bool fused = [] {
-        for (int i = 0; i < 6; ++i)
-            session.integrate(frame_of(room().depth(kCamera, view(i)), kCamera, view(i)));
-        return true;
-    }();
-    EXPECT_TRUE(fused);
-    return session.volume();
-}
-
-// 14 directions: along and about each axis, and the corners.
-Twist direction(int i, double m, double rad) {
-    Twist xi;
-    if (i < 6) {
-        xi.v[i / 2] = i % 2 ? m : -m;
-        xi.w[(i / 2 + 1) % 3] = i % 2 ? rad : -rad;
-        return xi;
-    }
-    for (int k = 0; k < 3; ++k) {
-        xi.v[k] = ((i - 6) >> k & 1 ? m : -m) / std::sqrt(3.0);
-        xi.w[k] = ((i - 6) >> k & 1 ? rad : -rad) / std::sqrt(3.0);
-    }
-    return xi;
-}
-constexpr int kDirections = 14;
-constexpr double kDegree = M_PI / 180;
-
-double away_m(const Se3& a, const Se3& b) { return norm(a.t - b.t); }
-double away_rad(const Se3& a, const Se3& b) {
-    const Twist xi = motion_between(a, b);
-    return norm(Vec3d{xi.w[0], xi.w[1], xi.w[2]});
+    static const Volume& volume = fused_room(session, kCamera);
+    return volume;
 }
 
 TEST(IcpTracker, ComesBackToTheMapFrom20mmAnd2Degrees) {
     Tracked t(2);
-    const Se3 truth = view(3);
-    t.see(room().depth(kCamera, truth));
+    const Se3 truth = room_view(3);
+    t.see(tracking_room().depth(kCamera, truth));
     double worst_m = 0, worst_rad = 0;
     for (int i = 0; i < kDirections; ++i) {
         const Se3 start = moved(truth, direction(i, 0.02, 2 * kDegree));
@@ -117,13 +70,13 @@ TEST(IcpTracker, ComesBackToTheMapFrom20mmAnd2Degrees) {
 // Without a map, and further off, as a jerk between two frames is: 60 mm and 4 degrees.
 TEST(IcpTracker, FrameToFrameComesBackFromFar) {
     Tracked t(2);
-    const Se3 before = view(3);
-    t.see(room().depth(kCamera, before));
+    const Se3 before = room_view(3);
+    t.see(tracking_room().depth(kCamera, before));
     t.icp.look_at_frame(t.points, before, t.jobs);
     double worst_m = 0, worst_rad = 0;
     for (int i = 0; i < kDirections; ++i) {
         const Se3 truth = moved(before, direction(i, 0.06, 4 * kDegree));
-        t.see(room().depth(kCamera, truth));
+        t.see(tracking_room().depth(kCamera, truth));
         const PoseFit fit = descend(t.icp, before, {}, {});
         worst_m = std::max(worst_m, away_m(fit.T_world_camera, truth));
         worst_rad = std::max(worst_rad, away_rad(fit.T_world_camera, truth));
@@ -137,8 +90,8 @@ TEST(IcpTracker, FrameToFrameComesBackFromFar) {
 // A candidate of relocalisation: few rays, the coarsest level alone.
 TEST(IcpTracker, TheCoarsestLevelAloneComesNear) {
     Tracked t(2);
-    const Se3 truth = view(3);
-    t.see(room().depth(kCamera, truth));
+    const Se3 truth = room_view(3);
+    t.see(tracking_room().depth(kCamera, truth));
     DescentOptions coarse;
     coarse.finest = 2;
     for (int i = 0; i < kDirections; ++i) {
@@ -151,8 +104,8 @@ TEST(IcpTracker, TheCoarsestLevelAloneComesNear) {
 
 TEST(IcpTracker, FinerPointsMayBeHeldAgainstACoarserCast) {
     Tracked t(2);
-    const Se3 truth = view(3);
-    t.see(room().depth(kCamera, truth));
+    const Se3 truth = room_view(3);
+    t.see(tracking_room().depth(kCamera, truth));
     t.look_from(map(), truth, 1);
     for (int level = 0; level < TrackPoints::kLevels; ++level) {
         const Measured m = t.icp.measure(truth, level);
@@ -164,15 +117,15 @@ TEST(IcpTracker, FinerPointsMayBeHeldAgainstACoarserCast) {
 
 void expect_nothing(Tracked& t) {
     for (int level = 0; level < TrackPoints::kLevels; ++level) {
-        const Measured m = t.icp.measure(view(3), level);
+        const Measured m = t.icp.measure(room_view(3), level);
         EXPECT_EQ(m.system.points, 0) << level;
         EXPECT_EQ(m.system.cost, 0);
         EXPECT_EQ(m.median, 0);
     }
-    const PoseFit fit = descend(t.icp, view(3), {}, {});
-    EXPECT_EQ(away_m(fit.T_world_camera, view(3)), 0) << "nothing to go by is no reason to move";
+    const PoseFit fit = descend(t.icp, room_view(3), {}, {});
+    EXPECT_EQ(away_m(fit.T_world_camera, room_view(3)), 0) << "nothing to go by is no reason to move";
     EXPECT_FALSE(fit.converged);
-    EXPECT_DOUBLE_EQ(cost_at(t.icp.measure(view(3), 0)), kMissCost);
+    EXPECT_DOUBLE_EQ(cost_at(t.icp.measure(room_view(3), 0)), kMissCost);
 }
 
 TEST(IcpTracker, NothingComesOfNothing) {
@@ -180,9 +133,9 @@ TEST(IcpTracker, NothingComesOfNothing) {
     {
         SCOPED_TRACE("an empty map");
         const TestVolume empty({100, false, 0.01f, 0.04f});
-        t.see(room().depth(kCamera, view(3)));
+        t.see(tracking_room().depth(kCamera, room_view(3)));
         EXPECT_GT(t.points.level(0).count, 10000);
-        t.look_from(empty.volume, view(3));
+        t.look_from(empty.volume, room_view(3));
         EXPECT_EQ(t.icp.reference().cells(0), 0);
         expect_nothing(t);
     }
@@ -190,12 +143,12 @@ TEST(IcpTracker, NothingComesOfNothing) {
         SCOPED_TRACE("no depth before");
         Tracked blind;
         blind.see(Image<float>(640, 480));
-        t.icp.look_at_frame(blind.points, view(3), t.jobs);
+        t.icp.look_at_frame(blind.points, room_view(3), t.jobs);
         expect_nothing(t);
     }
     {
         SCOPED_TRACE("no depth now");
-        t.look_from(map(), view(3));
+        t.look_from(map(), room_view(3));
         EXPECT_GT(t.icp.reference().cells(0), 10000);
         t.see(Image<float>(640, 480));
         expect_nothing(t);
@@ -203,42 +156,42 @@ TEST(IcpTracker, NothingComesOfNothing) {
     {
         // Readings here and there, no two beside each other: points, but no normal anywhere.
         SCOPED_TRACE("no normals");
-        Image<float> speckled = room().depth(kCamera, view(3));
+        Image<float> speckled = tracking_room().depth(kCamera, room_view(3));
         for (int y = 0; y < 480; ++y)
             for (int x = 0; x < 640; ++x)
                 if ((x / 4 + y / 4) % 2) speckled.view().at(x, y) = 0;
         Tracked other;
         other.see(speckled);
         EXPECT_GT(other.points.level(0).count, 5000);
-        t.see(room().depth(kCamera, view(3)));
-        t.icp.look_at_frame(other.points, view(3), t.jobs);
+        t.see(tracking_room().depth(kCamera, room_view(3)));
+        t.icp.look_at_frame(other.points, room_view(3), t.jobs);
         EXPECT_EQ(t.icp.reference().cells(0), 0);
-        EXPECT_EQ(t.icp.measure(view(3), 0).system.points, 0);
+        EXPECT_EQ(t.icp.measure(room_view(3), 0).system.points, 0);
     }
     {
         SCOPED_TRACE("a pose that is none");
-        t.see(room().depth(kCamera, view(3)));
-        t.look_from(map(), view(3));
-        Se3 broken = view(3);
+        t.see(tracking_room().depth(kCamera, room_view(3)));
+        t.look_from(map(), room_view(3));
+        Se3 broken = room_view(3);
         broken.t.x = static_cast<double>(NAN);
         EXPECT_EQ(t.icp.measure(broken, 0).system.points, 0);
-        Se3 far = view(3);
+        Se3 far = room_view(3);
         far.t.z = 1e30;
         EXPECT_EQ(t.icp.measure(far, 0).system.points, 0);
     }
 }
 
 TEST(IcpTracker, TheSameBytesForAnyNumberOfThreads) {
-    const Se3 start = moved(view(3), direction(7, 0.02, 2 * kDegree));
+    const Se3 start = moved(room_view(3), direction(7, 0.02, 2 * kDegree));
     PoseFit fits[2];
     Measured measured[2];
     for (int i = 0; i < 2; ++i) {
         Tracked t(i == 0 ? 1 : 3);
-        t.see(room().depth(kCamera, view(3)));
+        t.see(tracking_room().depth(kCamera, room_view(3)));
         t.look_from(map(), start);
         measured[i] = t.icp.measure(start, 0);
         fits[i] = descend(t.icp, start, {}, {});
-        t.icp.look_at_frame(t.points, view(3), t.jobs);
+        t.icp.look_at_frame(t.points, room_view(3), t.jobs);
         const PoseFit to_frame = descend(t.icp, start, {}, {});
         fits[i].measured.system += to_frame.measured.system;
     }

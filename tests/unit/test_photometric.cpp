@@ -11,26 +11,14 @@
 namespace burin {
 namespace {
 
-// Everything about one frame, in its own memory.
-struct Tracked {
-    explicit Tracked(int threads = 1) : depth(depth_options()), jobs(threads) {
-        Arena measure;
-        place(measure);
-        memory = aligned_memory(measure.used());
-        Arena arena(memory.get(), measure.used());
-        place(arena);
-    }
-    void place(Arena& arena) {
-        points.place(arena, 160, 120, 5);
-        sdf.place(arena);
-        grey.place(arena);
-        brightness.place(arena);
-        photometric.place(arena);
-    }
-    static DepthOptions depth_options() {
-        DepthOptions o = options_of(scan_config()).depth;
-        o.bilateral = false;
-        return o;
+struct Tracked : TrackRig {
+    explicit Tracked(int threads = 1) : TrackRig(noiseless_depth(), threads) {
+        lay_out(test_camera(), 5, [&](Arena& arena) {
+            sdf.place(arena);
+            grey.place(arena);
+            brightness.place(arena);
+            photometric.place(arena);
+        });
     }
     void see(const FrameView& frame) {
         points.build(depth.prepare(frame), jobs);
@@ -39,10 +27,6 @@ struct Tracked {
         photometric.look_at(points, brightness, jobs);
     }
 
-    TestDepth depth;
-    Jobs jobs;
-    Memory memory;
-    TrackPoints points;
     SdfTracker sdf;
     GreyImage grey;
     PointBrightness brightness;

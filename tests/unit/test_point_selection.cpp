@@ -7,33 +7,21 @@
 namespace burin {
 namespace {
 
-struct Tracked {
-    explicit Tracked(int threads = 1) : depth(depth_options()), jobs(threads) {
-        Arena measure;
-        place(measure);
-        memory = aligned_memory(measure.used());
-        Arena arena(memory.get(), measure.used());
-        place(arena);
-    }
-    void place(Arena& arena) {
-        points.place(arena, 160, 120, 5);
-        grey.place(arena);
-        brightness.place(arena);
-        selection.place(arena);
+struct Tracked : TrackRig {
+    explicit Tracked(int threads = 1) : TrackRig(depth_options(), threads) {
+        lay_out(test_camera(), 5, [&](Arena& arena) {
+            grey.place(arena);
+            brightness.place(arena);
+            selection.place(arena);
+        });
     }
     static DepthOptions depth_options() {
-        DepthOptions o = options_of(scan_config()).depth;
-        o.bilateral = o.edge_removal = false;
+        DepthOptions o = noiseless_depth();
+        o.edge_removal = false;
         return o;
     }
-    void see(const Image<float>& image) {
-        points.build(depth.prepare(frame_of(image, test_camera(), {})), jobs);
-    }
+    void see(const Image<float>& image) { build_points(image, test_camera()); }
 
-    TestDepth depth;
-    Jobs jobs;
-    Memory memory;
-    TrackPoints points;
     GreyImage grey;
     PointBrightness brightness;
     PointSelection selection;

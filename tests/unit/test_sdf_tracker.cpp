@@ -9,57 +9,33 @@ namespace burin {
 namespace {
 
 const Camera kCamera = test_camera();
-Se3 view(int i) { return look_from({0.05 * i, -0.1 + 0.02 * i, 0.03 * i}, {0.1, 0.3, 2.0}); }
 
-// Depth, points and tracker of one frame, each in its own memory.
-struct Tracked {
-    explicit Tracked(int threads = 1) : depth(depth_options()), jobs(threads) {
-        Arena measure;
-        place(measure);
-        memory = aligned_memory(measure.used());
-        Arena arena(memory.get(), measure.used());
-        place(arena);
-    }
-    void place(Arena& arena) {
-        points.place(arena, kCamera.width, kCamera.height, 5);
-        sdf.place(arena);
-    }
-    static DepthOptions depth_options() {
-        DepthOptions o = options_of(scan_config()).depth;
-        o.bilateral = false;  // there is no noise
-        return o;
+struct Tracked : TrackRig {
+    explicit Tracked(int threads = 1) : TrackRig(noiseless_depth(), threads) {
+        lay_out(kCamera, 5, [&](Arena& arena) { sdf.place(arena); });
     }
     void see(const Volume& volume, const Image<float>& image) {
-        points.build(depth.prepare(frame_of(image, kCamera, {})), jobs);
+        build_points(image, kCamera);
         sdf.look_at(volume, points, jobs);
     }
 
-    TestDepth depth;
-    Jobs jobs;
-    Memory memory;
-    TrackPoints points;
     SdfTracker sdf;
 };
 
-// The room as a map of 10 mm voxels, fused from six true poses.
+// The room as a map of 10 mm voxels.
 const Volume& map() {
     static TestSession session = [] {
         burin_config config = scan_config();
         config.bilateral = 0;
         return TestSession(config);
     }();
-    static const bool fused = [] {
-        for (int i = 0; i < 6; ++i)
-            session.integrate(frame_of(tracking_room().depth(kCamera, view(i)), kCamera, view(i)));
-        return true;
-    }();
-    EXPECT_TRUE(fused);
-    return session.volume();
+    static const Volume& volume = fused_room(session, kCamera);
+    return volume;
 }
 
 TEST(SdfTracker, ComesBackFrom20mmAnd2Degrees) {
     Tracked t(2);
-    const Se3 truth = view(3);
+    const Se3 truth = room_view(3);
     t.see(map(), tracking_room().depth(kCamera, truth));
     EXPECT_GT(t.points.level(0).count, 15000);
     double worst_m = 0, worst_rad = 0;
@@ -77,7 +53,7 @@ TEST(SdfTracker, ComesBackFrom20mmAnd2Degrees) {
 
 TEST(SdfTracker, ThePriorHoldsWhereItIsSure) {
     Tracked t;
-    const Se3 truth = view(3), start = moved(truth, direction(7, 0.02, 0));
+    const Se3 truth = room_view(3), start = moved(truth, direction(7, 0.02, 0));
     t.see(map(), tracking_room().depth(kCamera, truth));
     MotionPriorTerm prior;
     prior.T_world_camera = start;
@@ -90,12 +66,12 @@ TEST(SdfTracker, ThePriorHoldsWhereItIsSure) {
 }
 
 TEST(SdfTracker, TheSameBytesForAnyNumberOfThreads) {
-    const Se3 start = moved(view(3), direction(7, 0.02, 2 * kDegree));
+    const Se3 start = moved(room_view(3), direction(7, 0.02, 2 * kDegree));
     PoseFit fits[2];
     Measured measured[2];
     for (int i = 0; i < 2; ++i) {
         Tracked t(i == 0 ? 1 : 3);
-        t.see(map(), tracking_room().depth(kCamera, view(3)));
+        t.see(map(), tracking_room().depth(kCamera, room_view(3)));
         measured[i] = t.sdf.measure(start, 0);
         fits[i] = descend(t.sdf, start, {}, {});
     }
@@ -108,13 +84,13 @@ TEST(SdfTracker, TheSameBytesForAnyNumberOfThreads) {
 // A tracker that measured elsewhere before remembers the chunks of those places.
 TEST(SdfTracker, WhatItMeasuredBeforeDoesNotMatter) {
     Tracked fresh, used;
-    fresh.see(map(), tracking_room().depth(kCamera, view(3)));
-    used.see(map(), tracking_room().depth(kCamera, view(3)));
+    fresh.see(map(), tracking_room().depth(kCamera, room_view(3)));
+    used.see(map(), tracking_room().depth(kCamera, room_view(3)));
     for (int i = 0; i < kDirections; ++i)
         for (int level = 0; level < TrackPoints::kLevels; ++level)
-            used.sdf.measure(moved(view(3), direction(i, 0.3, 0.2)), level);
+            used.sdf.measure(moved(room_view(3), direction(i, 0.3, 0.2)), level);
     for (int level = 0; level < TrackPoints::kLevels; ++level) {
-        const Measured a = fresh.sdf.measure(view(3), level), b = used.sdf.measure(view(3), level);
+        const Measured a = fresh.sdf.measure(room_view(3), level), b = used.sdf.measure(room_view(3), level);
         EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << level;
     }
 }
@@ -139,20 +115,20 @@ TEST(SdfTracker, NothingComesOfNothing) {
     {
         SCOPED_TRACE("an empty map");
         const TestVolume empty({100, false, 0.01f, 0.08f});
-        t.see(empty.volume, tracking_room().depth(kCamera, view(3)));
-        expect_nothing(t, view(3));
+        t.see(empty.volume, tracking_room().depth(kCamera, room_view(3)));
+        expect_nothing(t, room_view(3));
     }
     {
         SCOPED_TRACE("no depth");
         t.see(map(), Image<float>(160, 120));
         EXPECT_EQ(t.points.level(0).count, 0);
         EXPECT_EQ(t.points.mean_depth_m(), 0);
-        expect_nothing(t, view(3));
+        expect_nothing(t, room_view(3));
     }
     {
         SCOPED_TRACE("elsewhere");
-        t.see(map(), tracking_room().depth(kCamera, view(3)));
-        Se3 far = view(3);
+        t.see(map(), tracking_room().depth(kCamera, room_view(3)));
+        Se3 far = room_view(3);
         far.t.x = 30;
         expect_nothing(t, far);
         far.t.x = 1e30;
@@ -160,16 +136,16 @@ TEST(SdfTracker, NothingComesOfNothing) {
     }
     {
         SCOPED_TRACE("a pose that is none");
-        Se3 broken = view(3);
+        Se3 broken = room_view(3);
         broken.t.y = static_cast<double>(NAN);
         EXPECT_EQ(t.sdf.measure(broken, 0).system.points, 0);
-        broken = view(3);
+        broken = room_view(3);
         broken.R(1, 2) = static_cast<double>(NAN);
         EXPECT_EQ(t.sdf.measure(broken, 0).system.points, 0);
     }
     // And it works as before after all that.
-    const PoseFit fit = descend(t.sdf, moved(view(3), direction(1, 0.01, 0)), {}, {});
-    EXPECT_LT(away_m(fit.T_world_camera, view(3)), 5e-4);
+    const PoseFit fit = descend(t.sdf, moved(room_view(3), direction(1, 0.01, 0)), {}, {});
+    EXPECT_LT(away_m(fit.T_world_camera, room_view(3)), 5e-4);
 }
 
 // What is remembered of a point gives the bits of asking anew, wherever it moved: within its chunk, across a
