@@ -122,6 +122,11 @@ void MapOptions::start_from_scan() {
 }
 
 void MapOptions::add_to(CLI::App& app) {
+    // Not given, the field stays what it is: add_flag would make it 0.
+    const auto flag = [&app](const char* names, std::uint32_t& field, const char* text) {
+        app.add_flag_function(
+            names, [&field](std::int64_t count) { field = count > 0; }, text);
+    };
     app.add_option("--voxel", config.voxel_m, "edge of a voxel, metres")->capture_default_str();
     app.add_option("--truncation", config.truncation_voxels, "truncation distance, voxels")
         ->capture_default_str();
@@ -139,12 +144,12 @@ void MapOptions::add_to(CLI::App& app) {
     app.add_option("--weight", weight, "constant or inverse-z2")->capture_default_str();
     app.add_option("--drop", drop, "weight behind the surface: none, linear or exponential")
         ->capture_default_str();
-    app.add_flag("--angle-weight", config.angle_weight, "weigh by the angle of view");
+    flag("--angle-weight,!--no-angle-weight", config.angle_weight, "weigh by the angle of view");
     app.add_option("--max-weight", config.max_weight, "observations the running average remembers")
         ->capture_default_str();
     app.add_flag("--no-carve", no_carve, "do not clear space that rays pass through");
-    app.add_flag("--bilateral", config.bilateral, "smooth each depth image, edges kept");
-    app.add_flag("--edge-removal", config.edge_removal, "drop readings on jumps in depth");
+    flag("--bilateral,!--no-bilateral", config.bilateral, "smooth each depth image, edges kept");
+    flag("--edge-removal,!--no-edge-removal", config.edge_removal, "drop readings on jumps in depth");
     app.add_flag("--no-colour", no_colour, "geometry only");
     app.add_option("--threads", config.threads, "worker threads")->capture_default_str();
     app.add_option("--budget", budget, "bytes for the map, e.g. 64MiB")->capture_default_str();

@@ -106,6 +106,22 @@ TEST_F(CliScan, WritesTrajectoryMeshMapAndReport) {
     EXPECT_LT(worst_m("icp", 4), 0.003);
 }
 
+// A flag that is not given leaves the default of burin_scan_config_default alone.
+TEST_F(CliScan, HasTheDefaultsOfTheInterface) {
+    write_room(folder_, true);
+    const auto hash = [&](const std::string& out, const std::vector<std::string>& more) {
+        EXPECT_EQ(scan(out, more).exit, 0);
+        return report(out)["map_hash"].get<std::string>();
+    };
+    const burin_config config = burin_scan_config_default();
+    ASSERT_EQ(config.bilateral, 1u);
+    ASSERT_EQ(config.edge_removal, 1u);
+    const std::string plain = hash("plain", {});
+    EXPECT_EQ(hash("same", {"--bilateral", "--edge-removal", "--truncation", "8", "--max-depth", "5"}), plain);
+    EXPECT_NE(hash("rough", {"--no-bilateral"}), plain);
+    EXPECT_NE(hash("edges", {"--no-edge-removal"}), plain);
+}
+
 TEST_F(CliScan, WithoutPosesTheWorldIsTheFirstCamera) {
     write_room(folder_, false);
     const Ran ran = scan("out");
