@@ -117,7 +117,8 @@ TEST_F(CliScan, HasTheDefaultsOfTheInterface) {
     ASSERT_EQ(config.bilateral, 1u);
     ASSERT_EQ(config.edge_removal, 1u);
     const std::string plain = hash("plain", {});
-    EXPECT_EQ(hash("same", {"--bilateral", "--edge-removal", "--truncation", "8", "--max-depth", "5"}), plain);
+    EXPECT_EQ(hash("same", {"--bilateral", "--edge-removal", "--truncation", "8", "--max-depth", "5"}),
+              plain);
     EXPECT_NE(hash("rough", {"--no-bilateral"}), plain);
     EXPECT_NE(hash("edges", {"--no-edge-removal"}), plain);
 }
