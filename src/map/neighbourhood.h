@@ -12,7 +12,8 @@ struct Neighbourhood {
     std::uint32_t slot[27];  // kNoChunk where absent; index (dz + 1) * 9 + (dy + 1) * 3 + dx + 1
     Vec3i chunk;
 
-    Neighbourhood(const Volume& volume, Vec3i centre) : chunk(centre) {
+    template <class Chunks>  // a Volume or a SurfaceField
+    Neighbourhood(const Chunks& volume, Vec3i centre) : chunk(centre) {
         // All places are asked for before the first is read: the cache then fetches them side by side.
         ChunkKey keys[27];
         for (int i = 0; i < 27; ++i) {

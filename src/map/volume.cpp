@@ -14,6 +14,7 @@ void Volume::place(Arena& arena, const VolumeShape& shape) {
     table_ = arena.allocate<Entry>(table_size_, 64);
     keys_ = arena.allocate<ChunkKey>(shape.capacity, 64);
     last_seen_ = arena.allocate<std::uint32_t>(shape.capacity, 64);
+    over_ = arena.allocate<std::uint32_t>(shape.capacity, 64);
     least_distance_ = arena.allocate<std::int16_t>(shape.capacity, 64);
     moved_ = arena.allocate<std::uint16_t>(shape.capacity, 64);
     mesh_lag_ = arena.allocate<std::uint16_t>(shape.capacity, 64);
@@ -51,9 +52,10 @@ std::uint32_t Volume::reserve(ChunkKey key) {
     table_[i] = {key, slot, 0};
     keys_[slot] = key;
     last_seen_[slot] = 0;
+    over_[slot] = kNoChunk;
     least_distance_[slot] = 32767;
     moved_[slot] = mesh_lag_[slot] = 0;
-    flags_[slot] = kChunkDirty;
+    flags_[slot] = kChunkDirty | kChunkUnfitted;
     if (shape_.colour) colour_readings_[slot] = 0;
     return slot;
 }
@@ -86,6 +88,7 @@ void Volume::remove(std::uint32_t slot) {
     table_[entry_of(keys_[last])].slot = slot;
     keys_[slot] = keys_[last];
     last_seen_[slot] = last_seen_[last];
+    over_[slot] = over_[last];
     least_distance_[slot] = least_distance_[last];
     moved_[slot] = moved_[last];
     mesh_lag_[slot] = mesh_lag_[last];

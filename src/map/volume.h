@@ -16,13 +16,14 @@ inline constexpr std::uint32_t kNoChunk = 0xffffffffu;
 
 // Bits of Volume::flags.
 enum : std::uint8_t {
-    kChunkDirty = 1,     // changed, and its neighbours have not been told
-    kChunkStale = 2,     // its mesh may differ from the one last extracted
-    kChunkListed = 4,    // to be meshed: said to the caller
-    kChunkMeshed = 8,    // has been meshed
-    kChunkSurface = 16,  // and held surface
-    kChunkSaved = 32,    // the store has these very bytes
-    kChunkPinned = 64,   // must stay where it is while others are evicted
+    kChunkDirty = 1,       // changed, and its neighbours have not been told
+    kChunkStale = 2,       // its mesh may differ from the one last extracted
+    kChunkListed = 4,      // to be meshed: said to the caller
+    kChunkMeshed = 8,      // has been meshed
+    kChunkSurface = 16,    // and held surface
+    kChunkSaved = 32,      // the store has these very bytes
+    kChunkPinned = 64,     // must stay where it is while others are evicted
+    kChunkUnfitted = 128,  // changed since planes were last fitted to it
 };
 
 inline std::uint16_t add_saturated(std::uint16_t a, std::uint16_t b) {
@@ -74,7 +75,8 @@ class Volume {
     std::uint8_t flags(std::uint32_t slot) const { return flags_[slot]; }
     // Its voxels have changed.
     void touch(std::uint32_t slot) {
-        flags_[slot] = static_cast<std::uint8_t>((flags_[slot] | kChunkDirty) & ~kChunkSaved);
+        flags_[slot] =
+            static_cast<std::uint8_t>((flags_[slot] | kChunkDirty | kChunkUnfitted) & ~kChunkSaved);
     }
     // Number of the frame that last fused or carved the chunk.
     std::uint32_t& last_seen(std::uint32_t slot) { return last_seen_[slot]; }
@@ -94,6 +96,10 @@ class Volume {
     // The largest count of readings of a voxel's colour.
     std::uint8_t& colour_readings(std::uint32_t slot) { return colour_readings_[slot]; }
     std::uint8_t colour_readings(std::uint32_t slot) const { return colour_readings_[slot]; }
+
+    // The entry of an Overlay that is over the chunk's geometry, kNoChunk for none.
+    std::uint32_t& over(std::uint32_t slot) { return over_[slot]; }
+    std::uint32_t over(std::uint32_t slot) const { return over_[slot]; }
 
     // Slots in ascending key order, written to out[0..live()-1].
     void sorted_slots(std::uint32_t* out) const;
@@ -127,6 +133,7 @@ class Volume {
     Entry* table_ = nullptr;
     ChunkKey* keys_ = nullptr;
     std::uint32_t* last_seen_ = nullptr;
+    std::uint32_t* over_ = nullptr;
     std::int16_t* least_distance_ = nullptr;
     std::uint16_t* moved_ = nullptr;
     std::uint16_t* mesh_lag_ = nullptr;

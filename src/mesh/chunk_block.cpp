@@ -6,8 +6,8 @@
 #include "simd/tsdf.h"
 
 namespace burin {
-ChunkBlock::ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, int z_first, int z_last)
-    : volume_(volume), neighbours_(neighbours) {
+ChunkBlock::ChunkBlock(const SurfaceField& field, const Neighbourhood& neighbours, int z_first, int z_last)
+    : field_(field), neighbours_(neighbours) {
     const auto value = [](const ChunkGeometry& g, int voxel) {
         return g.weight[voxel] == 0 ? simd::kUnseen : g.sdf[voxel];
     };
@@ -29,7 +29,7 @@ ChunkBlock::ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, in
                             if (dx > 0) out[0] = out[1] = simd::kUnseen;
                             continue;
                         }
-                        const ChunkGeometry& g = volume.geometry(slot);
+                        const ChunkGeometry& g = field.geometry(slot);
                         const int row = Neighbourhood::voxel(0, y, z);
                         if (dx < 0) {
                             out[0] = value(g, row + 7);
@@ -60,7 +60,9 @@ void ChunkBlock::paint(Vertex* v, int x, int y, int z, int axis, float t) const 
 const std::uint8_t* ChunkBlock::colour_at(int x, int y, int z) const {
     const std::uint32_t slot = neighbours_.slot[Neighbourhood::place(x, y, z)];
     if (slot == kNoChunk) return nullptr;
-    const std::uint8_t* colour = volume_.colour(slot).rgbn[Neighbourhood::voxel(x, y, z)];
+    const ChunkColour* chunk = field_.colour(slot);
+    if (!chunk) return nullptr;
+    const std::uint8_t* colour = chunk->rgbn[Neighbourhood::voxel(x, y, z)];
     return colour[3] == 0 ? nullptr : colour;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "map/neighbourhood.h"
+#include "map/surface_field.h"
 #include "simd/tsdf.h"
 
 namespace burin {
@@ -14,7 +15,7 @@ class ChunkBlock {
   public:
     // Gathers what vertices on edges from voxels with z in z_first..z_last (0..8) need: their gradients reach
     // from z_first - 1 to z_last + 2. The volume must not change while the block is used.
-    ChunkBlock(const Volume& volume, const Neighbourhood& neighbours, int z_first, int z_last);
+    ChunkBlock(const SurfaceField& field, const Neighbourhood& neighbours, int z_first, int z_last);
 
     // The vertex on the edge from voxel (x, y, z), each in 0..8, along `axis`, which must cross.
     struct Vertex {
@@ -32,7 +33,7 @@ class ChunkBlock {
     const std::uint8_t* colour_at(int x, int y, int z) const;
     const std::uint8_t* nearest_colour(int x, int y, int z, int axis, float t) const;
 
-    const Volume& volume_;
+    SurfaceField field_;
     const Neighbourhood& neighbours_;
     // kUnseen where the weight is 0: no stored distance is below -32767, since averages stay between the
     // readings.
@@ -74,7 +75,7 @@ inline ChunkBlock::Vertex ChunkBlock::vertex(int x, int y, int z, int axis, bool
     const float t = std::clamp(a / (a - b), kEndMargin, 1.0f - kEndMargin);
     Vertex v;
     const Vec3i c = neighbours_.chunk;
-    const double voxel_m = volume_.voxel_m();
+    const double voxel_m = field_.voxel_m();
     double p[3] = {c.x * 8.0 + x + 0.5, c.y * 8.0 + y + 0.5, c.z * 8.0 + z + 0.5};
     p[axis] += t;
     v.position = {static_cast<float>(p[0] * voxel_m), static_cast<float>(p[1] * voxel_m),
@@ -85,7 +86,7 @@ inline ChunkBlock::Vertex ChunkBlock::vertex(int x, int y, int z, int axis, bool
         if (v.normal == Vec3f{}) v.normal[axis] = b > a ? 1.0f : -1.0f;
     }
     v.rgb[0] = v.rgb[1] = v.rgb[2] = 255;
-    if (with_colour && volume_.has_colour()) paint(&v, x, y, z, axis, t);
+    if (with_colour && field_.has_colour()) paint(&v, x, y, z, axis, t);
     return v;
 }
 

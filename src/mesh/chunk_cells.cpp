@@ -11,24 +11,24 @@
 
 namespace burin {
 
-CellRule::CellRule(const Volume& volume, const MeshOptions& options) {
+CellRule::CellRule(const SurfaceField& field, const MeshOptions& options) {
     const long min_weight = std::lround(options.min_weight * simd::kWeightOne);
     limits.min_weight = static_cast<std::uint16_t>(std::clamp(min_weight, 1L, 65535L));
-    const float jump = options.max_jump_voxels * volume.voxel_m() / volume.units_to_m();
+    const float jump = options.max_jump_voxels * field.voxel_m() / field.units_to_m();
     max_jump = static_cast<int>(std::min(jump, 70000.0f));
     // a < 0 <= b, b - a > max_jump, b <= 32767 and a >= -32768.
     limits.deep = static_cast<std::int16_t>(std::clamp(32767 - max_jump, -32768, 0));
     limits.high = static_cast<std::int16_t>(std::clamp(max_jump - 32768, -1, 32767));
 }
 
-ChunkCells::ChunkCells(const Volume& volume, const std::uint32_t upper[8], const CellRule& rule)
-    : volume_(volume), upper_(upper), max_jump_(rule.max_jump) {
+ChunkCells::ChunkCells(const SurfaceField& field, const std::uint32_t upper[8], const CellRule& rule)
+    : field_(field), upper_(upper), max_jump_(rule.max_jump) {
     for (int i = 0; i < 8; ++i) {
         if (upper[i] == kNoChunk) {
             bits_[i] = {};
             continue;
         }
-        const ChunkGeometry& g = volume.geometry(upper[i]);
+        const ChunkGeometry& g = field.geometry(upper[i]);
         simd::classify_chunk(g.sdf, g.weight, i < 4 ? 8 : 1, rule.limits, &bits_[i]);
     }
     for (int z = 0; z < 9; ++z) inside_[z] = plane([](const simd::ChunkBits& b) { return b.inside; }, z);
@@ -99,7 +99,7 @@ bool ChunkCells::jumps(int x, int y, int z) const {
     for (int i = 0; i < 8; ++i) {
         const int cx = x + (i & 1), cy = y + (i >> 1 & 1), cz = z + (i >> 2);
         // All corners of an active cell are known, so their chunks exist.
-        d[i] = volume_.geometry(upper_[(cx >> 3) | (cy >> 3) << 1 | (cz >> 3) << 2])
+        d[i] = field_.geometry(upper_[(cx >> 3) | (cy >> 3) << 1 | (cz >> 3) << 2])
                    .sdf[Neighbourhood::voxel(cx, cy, cz)];
     }
     for (const CubeEdge& edge : kCubeEdges) {

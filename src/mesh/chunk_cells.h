@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "map/neighbourhood.h"
+#include "map/surface_field.h"
 #include "simd/classify.h"
 
 namespace burin {
@@ -17,7 +18,7 @@ struct MeshOptions {
 
 // The same in stored units.
 struct CellRule {
-    CellRule(const Volume& volume, const MeshOptions& options);
+    CellRule(const SurfaceField& field, const MeshOptions& options);
     int max_jump;
     // An edge that crosses by more than max_jump has one end below limits.deep and the other above
     // limits.high.
@@ -39,7 +40,7 @@ class ChunkCells {
   public:
     // upper[i]: the slot of the chunk at (i & 1, i >> 1 & 1, i >> 2) from this one, kNoChunk where absent.
     // The volume must not change while this is used.
-    ChunkCells(const Volume& volume, const std::uint32_t upper[8], const CellRule& rule);
+    ChunkCells(const SurfaceField& field, const std::uint32_t upper[8], const CellRule& rule);
 
     // The cells with low corner (x, y, z), each in 0..7, that have eight known corners, a crossing, and no
     // jump: bit 8 * y + x of word z. False when there is none.
@@ -65,7 +66,7 @@ class ChunkCells {
     Plane plane(Field field, int z) const;
     bool jumps(int x, int y, int z) const;
 
-    const Volume& volume_;
+    SurfaceField field_;
     const std::uint32_t* upper_;
     int max_jump_;
     simd::ChunkBits bits_[8];

@@ -47,12 +47,12 @@ struct EdgePlaces {
 constexpr EdgePlaces kEdgePlaces;
 
 // Slots of the chunks at (i & 1, i >> 1 & 1, i >> 2) times `side` from a chunk.
-void find_beside(const Volume& volume, std::uint32_t slot, int side, std::uint32_t out[8]) {
-    const Vec3i c = unpack_key(volume.key(slot));
+void find_beside(const SurfaceField& field, std::uint32_t slot, int side, std::uint32_t out[8]) {
+    const Vec3i c = unpack_key(field.key(slot));
     out[0] = slot;
     for (int i = 1; i < 8; ++i) {
         const Vec3i beside{c.x + side * (i & 1), c.y + side * (i >> 1 & 1), c.z + side * (i >> 2)};
-        out[i] = chunk_in_range(beside) ? volume.find(pack_key(beside)) : kNoChunk;
+        out[i] = chunk_in_range(beside) ? field.find(pack_key(beside)) : kNoChunk;
     }
 }
 
@@ -73,11 +73,13 @@ struct Planes {
 constexpr int kPerItem = 16;  // chunks a step of the job counter, some 10 us
 
 template <class Body>
-void for_slots(Jobs& jobs, const Volume& volume, Body&& body) {
-    const int live = static_cast<int>(volume.live());
-    jobs.run((live + kPerItem - 1) / kPerItem, [&](int item, int) {
-        for (int slot = item * kPerItem; slot < std::min(live, (item + 1) * kPerItem); ++slot)
-            body(static_cast<std::uint32_t>(slot));
+void for_slots(Jobs& jobs, const SurfaceField& field, Body&& body) {
+    const int numbers = static_cast<int>(field.numbers());
+    jobs.run((numbers + kPerItem - 1) / kPerItem, [&](int item, int) {
+        for (int i = item * kPerItem; i < std::min(numbers, (item + 1) * kPerItem); ++i) {
+            const std::uint32_t slot = field.slot_at(static_cast<std::uint32_t>(i));
+            if (field.holds(slot)) body(slot);
+        }
     });
 }
 
@@ -88,24 +90,24 @@ void Mesher::place(Arena& arena, std::uint32_t capacity) {
     order_ = arena.allocate<std::uint32_t>(capacity, 64);
 }
 
-void Mesher::find_cells(const Volume& volume, std::uint32_t slot, const CellRule& rule) {
+void Mesher::find_cells(const SurfaceField& field, std::uint32_t slot, const CellRule& rule) {
     ChunkMesh& mesh = chunks_[slot];
     std::memset(mesh.active, 0, sizeof mesh.active);
     mesh.triangles = 0;
     std::uint32_t upper[8];
-    find_beside(volume, slot, 1, upper);
-    const ChunkCells cells(volume, upper, rule);
+    find_beside(field, slot, 1, upper);
+    const ChunkCells cells(field, upper, rule);
     if (!cells.find_active(mesh.active)) return;
     for_cells(mesh.active, cells, [&](int, int, const CubeTriangles& cell) { mesh.triangles += cell.count; });
 }
 
 // An own edge carries a vertex when it crosses and one of the four cells around it is active.
-void Mesher::find_edges(const Volume& volume, std::uint32_t slot, const CellRule& rule) {
+void Mesher::find_edges(const SurfaceField& field, std::uint32_t slot, const CellRule& rule) {
     ChunkMesh& mesh = chunks_[slot];
     static constexpr std::uint64_t kNone[8] = {};
     const std::uint64_t* active[8];
     std::uint32_t lower[8];
-    find_beside(volume, slot, -1, lower);
+    find_beside(field, slot, -1, lower);
     std::uint64_t any = 0;
     for (int i = 0; i < 8; ++i) {
         active[i] = lower[i] == kNoChunk ? kNone : chunks_[lower[i]].active;
@@ -116,8 +118,8 @@ void Mesher::find_edges(const Volume& volume, std::uint32_t slot, const CellRule
     if (any == 0) return;
 
     std::uint32_t upper[8];
-    find_beside(volume, slot, 1, upper);
-    const ChunkCells cells(volume, upper, rule);
+    find_beside(field, slot, 1, upper);
+    const ChunkCells cells(field, upper, rule);
     struct Cells {
         std::uint64_t at, x, y, xy;  // bit 8 * y + x: the cell there, and those one step before
     };
@@ -142,13 +144,17 @@ void Mesher::find_edges(const Volume& volume, std::uint32_t slot, const CellRule
     }
 }
 
-MeshCounts Mesher::count(const Volume& volume, const MeshOptions& options, Jobs& jobs) {
-    volume.sorted_slots(order_);
-    const CellRule rule(volume, options);
-    for_slots(jobs, volume, [&](std::uint32_t slot) { find_cells(volume, slot, rule); });
-    for_slots(jobs, volume, [&](std::uint32_t slot) { find_edges(volume, slot, rule); });
+MeshCounts Mesher::count(const SurfaceField& field, const MeshOptions& options, Jobs& jobs) {
+    std::uint32_t chunks = 0;
+    for (std::uint32_t i = 0; i < field.numbers(); ++i)
+        if (const std::uint32_t slot = field.slot_at(i); field.holds(slot)) order_[chunks++] = slot;
+    std::sort(order_, order_ + chunks,
+              [&field](std::uint32_t a, std::uint32_t b) { return field.key(a) < field.key(b); });
+    const CellRule rule(field, options);
+    for_slots(jobs, field, [&](std::uint32_t slot) { find_cells(field, slot, rule); });
+    for_slots(jobs, field, [&](std::uint32_t slot) { find_edges(field, slot, rule); });
     MeshCounts total;
-    for (std::uint32_t i = 0; i < volume.live(); ++i) {
+    for (std::uint32_t i = 0; i < chunks; ++i) {
         ChunkMesh& mesh = chunks_[order_[i]];
         mesh.first_vertex = static_cast<std::uint32_t>(total.vertices);
         mesh.first_triangle = static_cast<std::uint32_t>(total.triangles);
@@ -158,11 +164,11 @@ MeshCounts Mesher::count(const Volume& volume, const MeshOptions& options, Jobs&
     return total;
 }
 
-void Mesher::extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out,
+void Mesher::extract(const SurfaceField& field, const MeshOptions& options, const MeshBuffers& out,
                      Jobs& jobs) const {
-    const CellRule rule(volume, options);
-    for_slots(jobs, volume, [&](std::uint32_t slot) {
-        if (chunks_[slot].vertices > 0 || chunks_[slot].triangles > 0) extract_chunk(volume, slot, rule, out);
+    const CellRule rule(field, options);
+    for_slots(jobs, field, [&](std::uint32_t slot) {
+        if (chunks_[slot].vertices > 0 || chunks_[slot].triangles > 0) extract_chunk(field, slot, rule, out);
     });
 }
 
@@ -198,16 +204,16 @@ void Mesher::for_edges_beyond(const Neighbourhood& neighbours, Put&& put) const 
     }
 }
 
-void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const CellRule& rule,
+void Mesher::extract_chunk(const SurfaceField& field, std::uint32_t slot, const CellRule& rule,
                            const MeshBuffers& out) const {
     const ChunkMesh& mesh = chunks_[slot];
-    const Neighbourhood neighbours(volume, unpack_key(volume.key(slot)));
+    const Neighbourhood neighbours(field, unpack_key(field.key(slot)));
     std::uint32_t id[EdgePlaces::kCount];  // only those that carry a vertex are written, and read
     if (mesh.vertices > 0) {
         std::uint64_t planes[8];
         for (int z = 0; z < 8; ++z) planes[z] = mesh.edges[z] | mesh.edges[8 + z] | mesh.edges[16 + z];
         const Planes used(planes);
-        const ChunkBlock block(volume, neighbours, used.first, used.last);
+        const ChunkBlock block(field, neighbours, used.first, used.last);
         std::uint32_t at = mesh.first_vertex;
         for (int group = 0; group < 24; ++group)
             for (std::uint64_t left = mesh.edges[group]; left != 0; left &= left - 1) {
@@ -223,7 +229,7 @@ void Mesher::extract_chunk(const Volume& volume, std::uint32_t slot, const CellR
     });
     std::uint32_t upper[8];
     upper_of(neighbours, upper);
-    const ChunkCells cells(volume, upper, rule);
+    const ChunkCells cells(field, upper, rule);
     std::uint32_t* triangle = out.triangles + 3 * std::uint64_t{mesh.first_triangle};
     for_cells(mesh.active, cells, [&](int bit, int z, const CubeTriangles& cell) {
         const std::uint32_t* here = id + EdgePlaces::of(bit & 7, bit >> 3, z, 0);
@@ -264,31 +270,32 @@ MeshCounts walk_cells(const std::uint64_t active[8], const ChunkCells& cells, Ne
 
 // body(active, cells) when cells of the chunk hold surface.
 template <class Body>
-MeshCounts with_cells(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
+MeshCounts with_cells(const SurfaceField& field, const Neighbourhood& neighbours, const MeshOptions& options,
                       Body&& body) {
     std::uint32_t upper[8];
     upper_of(neighbours, upper);
-    const CellRule rule(volume, options);
-    const ChunkCells cells(volume, upper, rule);
+    const CellRule rule(field, options);
+    const ChunkCells cells(field, upper, rule);
     std::uint64_t active[8];
     return cells.find_active(active) ? body(active, cells) : MeshCounts{};
 }
 
 }  // namespace
 
-MeshCounts count_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options) {
-    return with_cells(volume, neighbours, options, [](const std::uint64_t* active, const ChunkCells& cells) {
+MeshCounts count_chunk(const SurfaceField& field, const Neighbourhood& neighbours,
+                       const MeshOptions& options) {
+    return with_cells(field, neighbours, options, [](const std::uint64_t* active, const ChunkCells& cells) {
         return walk_cells(
             active, cells, [](int, int, int, int, std::uint16_t) {},
             [](std::uint64_t, int, std::uint16_t) {});
     });
 }
 
-MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
+MeshCounts mesh_chunk(const SurfaceField& field, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out) {
-    return with_cells(volume, neighbours, options, [&](const std::uint64_t* active, const ChunkCells& cells) {
+    return with_cells(field, neighbours, options, [&](const std::uint64_t* active, const ChunkCells& cells) {
         const Planes used(active);
-        const ChunkBlock block(volume, neighbours, used.first, used.last + 1);
+        const ChunkBlock block(field, neighbours, used.first, used.last + 1);
         return walk_cells(
             active, cells,
             [&](int x, int y, int z, int axis, std::uint16_t vertex) {

@@ -8,7 +8,7 @@
 #include "core/arena.h"
 #include "core/jobs.h"
 #include "map/neighbourhood.h"
-#include "map/volume.h"
+#include "map/surface_field.h"
 #include "mesh/chunk_cells.h"
 
 namespace burin {
@@ -36,9 +36,10 @@ class Mesher {
     // Pass one: which edges carry vertices, and how many triangles each chunk has. extract() must follow
     // before the volume changes, with the same options; vertices and triangles come in key order of their
     // chunks, whatever the slots.
-    MeshCounts count(const Volume& volume, const MeshOptions& options, Jobs& jobs);
+    MeshCounts count(const SurfaceField& field, const MeshOptions& options, Jobs& jobs);
     // Pass two, into buffers of at least the counted sizes.
-    void extract(const Volume& volume, const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) const;
+    void extract(const SurfaceField& field, const MeshOptions& options, const MeshBuffers& out,
+                 Jobs& jobs) const;
 
   private:
     // An edge belongs to the chunk of its low voxel. Those that carry a vertex are bits: group = axis * 8 +
@@ -49,9 +50,9 @@ class Mesher {
         std::uint16_t rank[24];  // vertices of this chunk before the group
         std::uint32_t first_vertex, first_triangle, vertices, triangles;
     };
-    void find_cells(const Volume& volume, std::uint32_t slot, const CellRule& rule);
-    void find_edges(const Volume& volume, std::uint32_t slot, const CellRule& rule);
-    void extract_chunk(const Volume& volume, std::uint32_t slot, const CellRule& rule,
+    void find_cells(const SurfaceField& field, std::uint32_t slot, const CellRule& rule);
+    void find_edges(const SurfaceField& field, std::uint32_t slot, const CellRule& rule);
+    void extract_chunk(const SurfaceField& field, std::uint32_t slot, const CellRule& rule,
                        const MeshBuffers& out) const;
     template <class Put>
     void for_edges_beyond(const Neighbourhood& neighbours, Put&& put) const;
@@ -65,10 +66,11 @@ inline constexpr int kMaxChunkTriangles = 5 * 512;
 
 // The cells of the chunk in the middle by themselves. `out` must hold kMaxChunkVertices and
 // kMaxChunkTriangles. Positions on the border equal those of the neighbour's mesh bit for bit.
-MeshCounts mesh_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options,
+MeshCounts mesh_chunk(const SurfaceField& field, const Neighbourhood& neighbours, const MeshOptions& options,
                       const MeshBuffers& out);
 // What mesh_chunk would write.
-MeshCounts count_chunk(const Volume& volume, const Neighbourhood& neighbours, const MeshOptions& options);
+MeshCounts count_chunk(const SurfaceField& field, const Neighbourhood& neighbours,
+                       const MeshOptions& options);
 
 // See burin_mesh_remove_small.
 MeshCounts remove_small_components(const MeshBuffers& mesh, MeshCounts counts, std::uint64_t min_triangles,

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+#include "planes/candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "simd/plane_fit.h"
+
+namespace burin {
+namespace {
+
+using simd::PlaneModel;
+using simd::PlaneSums;
+
+constexpr float kBandVoxels = 3;  // voxels farther from the surface tell of other surfaces
+constexpr int kLeastVoxels = 40;  // a plane through a chunk has 64 voxels within half a voxel
+constexpr float kFlat = 0.35f;    // voxels: rms of what is still a plane and not a curve or clutter
+constexpr float kTukey = 4.685f;  // 95 % efficiency for normal residuals
+constexpr float kMadToSigma = 1.4826f;
+constexpr float kLeastSigma = 0.02f;  // voxels: below, quantisation and interpolation rule
+constexpr float kMostSigma = 0.3f;    // voxels
+constexpr float kInlierShare = 0.6f;  // of the voxels near a plane that must agree with it
+constexpr int kIterations = 3;
+
+// f = a . u + c by least squares: Cholesky on the 4x4 normal equations. False: the voxels do not span it.
+bool solve(const PlaneSums& s, PlaneModel* out) {
+    // The constant first: the other pivots are then variances of the voxels about their mean.
+    double m[4][4] = {}, b[4];
+    m[0][0] = s.w;
+    b[0] = s.f;
+    int at = 0;
+    for (int r = 0; r < 3; ++r) {
+        m[r + 1][0] = s.u[r];
+        b[r + 1] = s.fu[r];
+        for (int c = r; c < 3; ++c) m[c + 1][r + 1] = s.uu[at++];
+    }
+    for (int j = 0; j < 4; ++j) {
+        for (int k = 0; k < j; ++k) m[j][j] -= m[j][k] * m[j][k];
+        // A quarter of a voxel (u is in half voxels) is the least spread that holds a direction.
+        if (!(m[j][j] > 0.25 * s.w)) return false;
+        m[j][j] = std::sqrt(m[j][j]);
+        for (int i = j + 1; i < 4; ++i) {
+            for (int k = 0; k < j; ++k) m[i][j] -= m[i][k] * m[j][k];
+            m[i][j] /= m[j][j];
+        }
+    }
+    for (int i = 0; i < 4; ++i) {
+        for (int k = 0; k < i; ++k) b[i] -= m[i][k] * b[k];
+        b[i] /= m[i][i];
+    }
+    for (int i = 3; i >= 0; --i) {
+        for (int k = i + 1; k < 4; ++k) b[i] -= m[k][i] * b[k];
+        b[i] /= m[i][i];
+    }
+    for (int r = 0; r < 3; ++r) out->a[r] = static_cast<float>(b[r + 1]);
+    out->c = static_cast<float>(b[0]);
+    return true;
+}
+
+// The median of the residuals of the chosen voxels, by counting.
+float median(const std::uint16_t* residuals, const std::uint8_t* chosen, int count, float per_bin) {
+    constexpr int kBins = 256;
+    std::uint16_t bins[kBins] = {};
+    const float scale = 1 / per_bin;
+    for (int i = 0; i < 512; ++i)
+        if (chosen[i])
+            ++bins[std::min(kBins - 1, static_cast<int>(static_cast<float>(residuals[i]) * scale))];
+    int below = 0, bin = 0;
+    while (bin < kBins - 1 && 2 * (below + bins[bin]) <= count) below += bins[bin++];
+    return (static_cast<float>(bin) + 0.5f) * per_bin;
+}
+
+class ChunkFit {
+  public:
+    ChunkFit(const ChunkGeometry& chunk, const CandidateOptions& o)
+        : chunk_(chunk), units_per_voxel_(o.voxel_m / o.units_to_m), voxel_m_(o.voxel_m) {
+        const float band = std::min(kBandVoxels * units_per_voxel_, 30000.0f);
+        left_ = simd::choose_voxels(chunk.sdf, chunk.weight, o.min_weight, static_cast<std::int16_t>(band),
+                                    chosen_);
+    }
+    int left() const { return left_; }
+
+    // One plane among the chosen voxels; those that belong to it are then no longer chosen.
+    bool next(Patch* out) {
+        PlaneSums octants[8], all;
+        simd::sum_octants(chunk_.sdf, chosen_, octants);
+        for (const PlaneSums& s : octants) all += s;
+        PlaneModel model;
+        // The whole chunk as one plane; where that does not hold, the octant whose plane most voxels share.
+        if (!(solve(all, &model) && settle(&model))) {
+            int most = kLeastVoxels - 1;
+            PlaneModel best;
+            for (const PlaneSums& s : octants) {
+                if (s.w < 8 * simd::kFullWeight || !solve(s, &model)) continue;
+                const int votes = count_near(model);
+                if (votes > most) most = votes, best = model;
+            }
+            if (most < kLeastVoxels) return false;
+            model = best;
+            if (!settle(&model)) return false;
+        }
+        describe(model, out);
+        for (int i = 0; i < 512; ++i)
+            if (static_cast<float>(residuals_[i]) < cut_) chosen_[i] = 0;
+        left_ = 0;
+        for (int i = 0; i < 512; ++i) left_ += chosen_[i] != 0;
+        return true;
+    }
+
+  private:
+    static float length(const PlaneModel& m) {
+        return std::sqrt((m.a[0] * m.a[0] + m.a[1] * m.a[1]) + m.a[2] * m.a[2]);
+    }
+    // Units of stored distance along the normal for a voxel: u counts half voxels.
+    float stretch(const PlaneModel& m) const { return 2 * length(m) / units_per_voxel_; }
+
+    int count_near(const PlaneModel& model) {
+        const float s = stretch(model);
+        if (!plausible(s)) return 0;
+        simd::plane_residuals(chunk_.sdf, model, residuals_);
+        return simd::tukey_weights(residuals_, chosen_, 2 * kFlat * units_per_voxel_ * s, weights_) /
+               simd::kFullWeight;
+    }
+    // Distances along the optical axis grow by 1 / cos of the angle of view; below 1 only by noise.
+    static bool plausible(float s) { return s > 0.6f && s < 5; }
+
+    // Iteratively re-weighted least squares from `model`. True when what is left is a plane.
+    bool settle(PlaneModel* model) {
+        for (int i = 0; i < kIterations; ++i) {
+            const float s = stretch(*model), voxel = units_per_voxel_ * s;
+            if (!plausible(s)) return false;
+            simd::plane_residuals(chunk_.sdf, *model, residuals_);
+            const float mad = median(residuals_, chosen_, left_, voxel / 64);
+            const float sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel, kMostSigma * voxel);
+            cut_ = kTukey * sigma;
+            if (simd::tukey_weights(residuals_, chosen_, cut_, weights_) <
+                kLeastVoxels * simd::kFullWeight / 2)
+                return false;
+            PlaneSums octants[8];
+            simd::sum_octants(chunk_.sdf, weights_, octants);
+            sums_ = {};
+            for (const PlaneSums& o : octants) sums_ += o;
+            if (!solve(sums_, model)) return false;
+        }
+        const float s = stretch(*model), voxel = units_per_voxel_ * s;
+        if (!plausible(s)) return false;
+        simd::plane_residuals(chunk_.sdf, *model, residuals_);
+        return judge(*model, voxel);
+    }
+
+    // Enough voxels, close enough, and few others beside the plane that contradict it.
+    bool judge(const PlaneModel& model, float voxel) {
+        double squares = 0;
+        std::int32_t weight = 0;
+        int near = 0, agree = 0;
+        const float inverse = 1 / voxel;
+        for (int row = 0; row < 64; ++row) {
+            const float y = static_cast<float>(2 * (row & 7) - 7), z = static_cast<float>(2 * (row >> 3) - 7);
+            const float base = (model.a[1] * y + model.a[2] * z) + model.c;
+            for (int x = 0; x < 8; ++x) {
+                const int i = 8 * row + x;
+                if (!chosen_[i]) continue;
+                const float r = static_cast<float>(residuals_[i]) * inverse;
+                if (weights_[i]) {
+                    squares += static_cast<double>(weights_[i]) * static_cast<double>(r * r);
+                    weight += weights_[i];
+                }
+                // Where the plane would have surface, within a voxel of it.
+                const float at = base + model.a[0] * static_cast<float>(2 * x - 7);
+                if (std::fabs(at) > voxel) continue;
+                ++near;
+                agree += weights_[i] != 0;
+            }
+        }
+        if (weight == 0 || near == 0) return false;
+        rms_voxels_ = static_cast<float>(std::sqrt(squares / weight));
+        return weight >= kLeastVoxels * simd::kFullWeight && rms_voxels_ <= kFlat &&
+               static_cast<float>(agree) >= kInlierShare * static_cast<float>(near);
+    }
+
+    void describe(const PlaneModel& m, Patch* out) const {
+        *out = {};
+        const float inverse = 1 / length(m), half = 0.5f * voxel_m_;
+        const double h = static_cast<double>(half);
+        for (int r = 0; r < 3; ++r) out->normal[r] = m.a[r] * inverse;
+        out->offset = m.c * inverse * half;
+        out->stretch = stretch(m);
+        out->rms_m = rms_voxels_ * voxel_m_;
+        out->plane = kNoPlane;
+        out->axis = 0;
+        for (std::uint8_t r = 1; r < 3; ++r)
+            if (std::fabs(out->normal[r]) > std::fabs(out->normal[out->axis])) out->axis = r;
+
+        // Foot points p = x - n (n . x + offset): their sums from those of x.
+        const Vec3d n = out->unit_normal();
+        const double w = static_cast<double>(sums_.w), d = static_cast<double>(out->offset);
+        const Vec3d x = Vec3d{h * sums_.u[0], h * sums_.u[1], h * sums_.u[2]};
+        double xx[3][3];
+        int at = 0;
+        for (int r = 0; r < 3; ++r)
+            for (int c = r; c < 3; ++c) xx[r][c] = xx[c][r] = h * h * sums_.uu[at++];
+        // p = P x - n d with P = I - n n^T: sum p = P sum x - n d w, sum p p^T = P X P - d (P s n^T + n s^T
+        // P) + w d^2 n n^T.
+        Vec3d Xn;  // X n
+        for (int r = 0; r < 3; ++r) Xn[r] = (xx[r][0] * n.x + xx[r][1] * n.y) + xx[r][2] * n.z;
+        const double nXn = dot(n, Xn);
+        const Vec3d Ps = x - n * dot(n, x);
+        const double unit = 1.0 / simd::kFullWeight,
+                     spread = static_cast<double>(out->rms_m) * static_cast<double>(out->rms_m);
+        out->n = static_cast<float>(w * unit);
+        at = 0;
+        for (int r = 0; r < 3; ++r) {
+            out->p[r] = static_cast<float>((Ps[r] - n[r] * (d * w)) * unit);
+            for (int c = r; c < 3; ++c) {
+                const double pxp = xx[r][c] - n[r] * Xn[c] - Xn[r] * n[c] + n[r] * n[c] * nXn;
+                const double pp =
+                    pxp - d * (Ps[r] * n[c] + n[r] * Ps[c]) + w * (d * d + spread) * n[r] * n[c];
+                out->pp[at++] = static_cast<float>(pp * unit);
+            }
+        }
+        mark_cells(out);
+    }
+
+    // Columns with a voxel of the plane within one voxel of the surface.
+    void mark_cells(Patch* out) const {
+        const float voxel = units_per_voxel_ * out->stretch;
+        for (int i = 0; i < 512; ++i) {
+            if (!weights_[i]) continue;
+            const int at[3] = {i & 7, i >> 3 & 7, i >> 6};
+            const float f = std::fabs(static_cast<float>(chunk_.sdf[i]));
+            // Half a voxel along the axis: then the surface passes through this very column and chunk.
+            if (f > 0.5f * voxel * std::fabs(out->normal[out->axis])) continue;
+            const int a = at[out->axis == 0 ? 1 : 0], b = at[out->axis == 2 ? 1 : 2];
+            out->cells |= std::uint64_t{1} << (8 * b + a);
+        }
+    }
+
+    const ChunkGeometry& chunk_;
+    float units_per_voxel_, voxel_m_;
+    int left_ = 0;
+    float cut_ = 0, rms_voxels_ = 0;
+    PlaneSums sums_;
+    alignas(64) std::uint8_t chosen_[512], weights_[512];
+    alignas(64) std::uint16_t residuals_[512];
+};
+
+}  // namespace
+
+Scatter Patch::scatter(Vec3d c) const {
+    Scatter s;
+    s.n = static_cast<double>(n);
+    const Vec3d q{p[0], p[1], p[2]};
+    s.p = q + c * s.n;
+    int at = 0;
+    for (int r = 0; r < 3; ++r)
+        for (int k = r; k < 3; ++k, ++at)
+            s.pp[at] = static_cast<double>(pp[at]) + q[r] * c[k] + c[r] * q[k] + s.n * c[r] * c[k];
+    return s;
+}
+
+int find_candidates(const ChunkGeometry& chunk, const CandidateOptions& options, Patch* out) {
+    ChunkFit fit(chunk, options);
+    int count = 0;
+    while (count < kChunkPlanes && fit.left() >= kLeastVoxels && fit.next(out + count)) ++count;
+    return count;
+}
+
+}  // namespace burin
