@@ -127,7 +127,9 @@ typedef struct burin_config {
     uint32_t tracker;      /* a burin_tracker; its memory, some 3 MiB, is in the budget. Default none */
     uint32_t track_colour; /* 1: also by brightness against keyframes, where frames have colour. Default 1 */
     uint32_t track_gyro;   /* 1: also by the gyroscope, where frames have samples. Default 1 */
-    uint32_t reserved[3];  /* zero */
+    uint32_t planes; /* 1: planes are found and the surface joins them (docs/planes.md); takes a fifth to a
+                        third of the budget. Default 0 */
+    uint32_t reserved[2]; /* zero */
 } burin_config;
 
 #define BURIN_CONFIG_VERSION 1u
@@ -304,7 +306,7 @@ typedef struct burin_frame_result {
     uint32_t chunks_carved;
     uint32_t chunks_dropped; /* chunks the frame would have added, had there been room */
     uint32_t valid_pixels;   /* depth readings in range */
-    double depth_ms, integrate_ms;
+    double depth_ms, integrate_ms, planes_ms;
 } burin_frame_result;
 
 /* Fuses one frame (Curless & Levoy 1996; projective signed distance as in KinectFusion 2011). `result` may be
@@ -457,6 +459,66 @@ BURIN_API burin_status burin_chunk_meshes(burin_map map, const burin_chunk_key* 
  * and the counts are updated. scratch: 2 * mesh->vertex_count uint32_t. Needs no map. */
 BURIN_API burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_triangles,
                                                uint32_t* scratch);
+
+/* --------------------------------------------------------------------------------------------------------
+ * planes: Dzitsiuk et al., ICRA 2017 (docs/planes.md). All need config.planes, else STATE */
+
+/* Of planes and faces, as in PLY files. */
+typedef enum burin_label {
+    BURIN_LABEL_NONE = 0,
+    BURIN_LABEL_WALL = 1,
+    BURIN_LABEL_FLOOR = 2,
+    BURIN_LABEL_CEILING = 3,
+    BURIN_LABEL_TABLE = 4,
+    BURIN_LABEL_SEAT = 5,
+    BURIN_LABEL_WINDOW = 6,
+    BURIN_LABEL_DOOR = 7
+} burin_label;
+
+typedef struct burin_plane {
+    uint32_t id;              /* 1, 2, ...; stays with the plane, and is never used for another */
+    uint32_t label;           /* a burin_label, as of the last burin_refresh_planes */
+    double normal[3], offset; /* normal . x + offset = 0, metres; unit, into free space */
+    double covariance[16];    /* 4x4, row-major, of (normal, offset) */
+    double area_m2;           /* of the surface seen */
+    double rms_m;             /* distance of the fused surface to the plane, before it is drawn to it */
+    uint32_t support;         /* chunks that hold some of it */
+    uint32_t reserved;
+} burin_plane;
+
+/* Brings everything about planes up to date with the map: every chunk that changed since its turn, planes
+ * joined and founded until nothing changes, the surface drawn to them. Between calls each frame does a share
+ * of this by itself, within a bounded time. Takes some 10 us for every chunk of surface. Errors: STATE,
+ * CANCELLED. */
+BURIN_API burin_status burin_refresh_planes(burin_map map);
+
+/* The planes of at least 0.1 m^2, in order of id. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+BURIN_API burin_status burin_planes(burin_map map, burin_plane* planes, uint64_t capacity, uint64_t* count);
+
+typedef enum burin_plane_change {
+    BURIN_PLANE_ADDED = 0,
+    BURIN_PLANE_CHANGED = 1, /* its equation moved by more than 1/25 voxel somewhere on it */
+    BURIN_PLANE_MERGED = 2,  /* into another; its id is gone */
+    BURIN_PLANE_REMOVED = 3
+} burin_plane_change;
+
+typedef struct burin_plane_event {
+    uint32_t change; /* a burin_plane_change */
+    uint32_t id;
+    uint32_t into; /* of merged: the plane that goes on; else 0 */
+} burin_plane_event;
+
+/* What happened to planes (also those too small to be told) since the last call, oldest first; what is handed
+ * out is forgotten. *count: how many. *lost, may be NULL: how many more there were that found no room in the
+ * map (1024). */
+BURIN_API burin_status burin_plane_events(burin_map map, burin_plane_event* events, uint64_t capacity,
+                                          uint64_t* count, uint64_t* lost);
+
+/* For each triangle of a mesh of this map: its label, and the id of its plane, 0 for none. Either may be
+ * NULL. mesh: positions, triangles and their counts; indices below vertex_count. Errors: INVALID_ARGUMENT,
+ * STATE, CANCELLED. */
+BURIN_API burin_status burin_label_faces(burin_map map, const burin_mesh_buffers* mesh, uint8_t* labels,
+                                         uint32_t* plane_ids);
 
 /* --------------------------------------------------------------------------------------------------------
  * queries */

@@ -53,6 +53,7 @@ Status check_config(const burin_config& c) {
     BURIN_TRY(in_range("tracker", c.tracker, 0, BURIN_TRACKER_ICP));
     BURIN_TRY(in_range("track_colour", c.track_colour, 0, 1));
     BURIN_TRY(in_range("track_gyro", c.track_gyro, 0, 1));
+    BURIN_TRY(in_range("planes", c.planes, 0, 1));
     for (const std::uint32_t reserved : c.reserved)
         if (reserved != 0)
             return Status::error(Code::invalid_argument, "config: a reserved field is %u, expected 0",
@@ -91,6 +92,7 @@ FusionOptions options_of(const burin_config& c) {
     o.tracking.colour = c.track_colour != 0;
     o.tracking.gyro = c.track_gyro != 0;
 
+    o.planes.enabled = c.planes != 0;
     o.store_chunks = c.store_chunks;
     o.volume.colour = c.colour != 0;
     o.volume.voxel_m = c.voxel_m;

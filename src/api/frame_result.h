@@ -18,7 +18,7 @@ inline burin_frame_result frame_result(const FrameReport& r, MapState* state) {
         log_line(BURIN_LOG_WARNING, "the map is full, chunks are dropped: raise budget_bytes or voxel_m");
     }
     return {flags,          r.chunks.fused, r.chunks.added, r.chunks.carved, r.chunks.dropped,
-            r.valid_pixels, r.depth_ms,     r.integrate_ms};
+            r.valid_pixels, r.depth_ms,     r.integrate_ms, r.planes_ms};
 }
 
 }  // namespace burin

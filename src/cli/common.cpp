@@ -150,6 +150,8 @@ void MapOptions::add_to(CLI::App& app) {
     app.add_flag("--no-carve", no_carve, "do not clear space that rays pass through");
     flag("--bilateral,!--no-bilateral", config.bilateral, "smooth each depth image, edges kept");
     flag("--edge-removal,!--no-edge-removal", config.edge_removal, "drop readings on jumps in depth");
+    flag("--planes,!--no-planes", config.planes,
+         "find planes, draw the surface to them, label them: planes.json");
     app.add_flag("--no-colour", no_colour, "geometry only");
     app.add_option("--threads", config.threads, "worker threads")->capture_default_str();
     app.add_option("--budget", budget, "bytes for the map, e.g. 64MiB")->capture_default_str();
@@ -257,11 +259,16 @@ Status OwnedMap::create(const burin_config& config) {
     return status_of(burin_create(&config, memory_, bytes_, &map_), burin_map{0, 0});
 }
 
-Status OwnedMap::open(const std::string& path, unsigned threads) {
+Status OwnedMap::open(const std::string& path, unsigned threads, bool planes) {
     burin_file_info info;
     BURIN_TRY(status_of(burin_file_probe(path.c_str(), &info), burin_map{0, 0}));
     info.config.budget_bytes = info.least_budget_bytes;
     info.config.threads = threads;
+    if (planes && !info.config.planes) {
+        // Half as much again for the layer: see burin_config.planes.
+        info.config.planes = 1;
+        info.config.budget_bytes += info.config.budget_bytes / 2;
+    }
     BURIN_TRY(create(info.config));
     return status_of(burin_load(map_, path.c_str()), map_);
 }

@@ -82,6 +82,10 @@ Status extract_stored_mesh(burin_map map, const MeshFlags& flags, bool colour, T
 // Drops the small components.
 Status remove_small(const MeshFlags& flags, TriangleMesh* mesh);
 
+// Of a map that looks for planes: labels for the faces of its mesh, and `folder`/planes.json.
+Status label_faces(burin_map map, TriangleMesh* mesh);
+Status write_planes(burin_map map, const std::string& folder);
+
 // A map with its memory. Not copied.
 class OwnedMap {
   public:
@@ -90,8 +94,9 @@ class OwnedMap {
     OwnedMap(const OwnedMap&) = delete;
     OwnedMap& operator=(const OwnedMap&) = delete;
     Status create(const burin_config& config);
-    // A map for the file as it was saved, with the least budget that holds it (and `threads`).
-    Status open(const std::string& path, unsigned threads);
+    // A map for the file as it was saved, with the least budget that holds it (and `threads`), and with room
+    // for planes if asked.
+    Status open(const std::string& path, unsigned threads, bool planes = false);
     burin_map get() const { return map_; }
 
   private:
@@ -117,6 +122,7 @@ void add_fuse(CLI::App& app, int* exit);
 void add_scan(CLI::App& app, int* exit);
 void add_synth(CLI::App& app, int* exit);
 void add_mesh(CLI::App& app, int* exit);
+void add_planes(CLI::App& app, int* exit);
 void add_render(CLI::App& app, int* exit);
 void add_eval(CLI::App& app, int* exit);
 void add_config(CLI::App& app, int* exit);

@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
     add_scan(app, &exit);
     add_synth(app, &exit);
     add_mesh(app, &exit);
+    add_planes(app, &exit);
     add_render(app, &exit);
     add_eval(app, &exit);
     add_config(app, &exit);

@@ -89,7 +89,6 @@ nlohmann::json make_report(const ReconstructOptions& o, burin_map map, const Tot
     burin_stats(map, &s);
     std::uint64_t hash = 0;
     burin_hash(map, &hash);
-    const nlohmann::json none = stage_summary({});
     // A chunk is 512 voxels of 4 bytes, and 4 of colour.
     const double chunk_bytes = static_cast<double>(s.chunks_live) * (o.map.config.colour ? 4096 : 2048);
     return {{"frames", t.frames},
@@ -99,7 +98,7 @@ nlohmann::json make_report(const ReconstructOptions& o, burin_map map, const Tot
               {"track", stage_summary(t.track_ms)},
               {"integrate", stage_summary(t.integrate_ms)},
               {"mesh", stage_summary(t.mesh_ms)},
-              {"planes", none}}},
+              {"planes", stage_summary(o.map.config.planes ? t.planes_ms : std::vector<double>())}}},
             {"chunks",
              {{"live", s.chunks_live},
               {"high_water", s.chunks_high_water},
@@ -160,6 +159,7 @@ void Totals::add(const burin_frame_result& result) {
     full_frames += (result.flags & BURIN_FLAG_POOL_FULL) != 0;
     store_flags |= result.flags & (BURIN_FLAG_STORE_FULL | BURIN_FLAG_STORE_FAILED);
     integrate_ms.push_back(result.integrate_ms);
+    planes_ms.push_back(result.planes_ms);
 }
 
 int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
@@ -222,6 +222,9 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
 
     if (!o.store.empty()) end_store(o, map.get(), totals);
 
+    if (o.map.config.planes)
+        if (const Status status = status_of(burin_refresh_planes(map.get()), map.get()); !status.ok())
+            return complain_output(status);
     TriangleMesh mesh;
     const double start = now_ms();
     burin_statistics stats;
@@ -232,6 +235,11 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
     if (!meshed.ok()) return complain_output(meshed);
     if (!o.stream_mesh) totals.mesh_ms.push_back(now_ms() - start);
 
+    if (o.map.config.planes) {
+        Status status = label_faces(map.get(), &mesh);
+        if (status.ok()) status = write_planes(map.get(), o.output);
+        if (!status.ok()) return complain_output(status);
+    }
     if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok())
         return complain_output(status);
     if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get());

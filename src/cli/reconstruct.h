@@ -25,7 +25,7 @@ struct Totals {
     int tracked = 0, weak = 0, lost = 0, relocalised = 0;
     std::uint64_t dropped = 0;
     std::uint32_t store_flags = 0;
-    std::vector<double> depth_ms, track_ms, integrate_ms, mesh_ms;
+    std::vector<double> depth_ms, track_ms, integrate_ms, mesh_ms, planes_ms;
     Trajectory trajectory;  // of scan: the frames that have a pose
 
     // Of one frame that was fused.

@@ -13,13 +13,13 @@ namespace {
 using simd::PlaneModel;
 using simd::PlaneSums;
 
-constexpr float kBandVoxels = 3;  // voxels farther from the surface tell of other surfaces
+constexpr float kBand = 0.6f;  // of the truncation: distances beyond hold more of it than of the surface
 constexpr int kLeastVoxels = 40;  // a plane through a chunk has 64 voxels within half a voxel
-constexpr float kFlat = 0.35f;    // voxels: rms of what is still a plane and not a curve or clutter
+constexpr float kFlat = 0.15f;          // of the truncation: rms of what is still a plane, not a curve or clutter
 constexpr float kTukey = 4.685f;  // 95 % efficiency for normal residuals
 constexpr float kMadToSigma = 1.4826f;
 constexpr float kLeastSigma = 0.02f;  // voxels: below, quantisation and interpolation rule
-constexpr float kMostSigma = 0.3f;    // voxels
+constexpr float kMostSigma = 0.15f;     // of the truncation
 constexpr float kInlierShare = 0.6f;  // of the voxels near a plane that must agree with it
 constexpr int kIterations = 3;
 
@@ -75,7 +75,7 @@ class ChunkFit {
   public:
     ChunkFit(const ChunkGeometry& chunk, const CandidateOptions& o)
         : chunk_(chunk), units_per_voxel_(o.voxel_m / o.units_to_m), voxel_m_(o.voxel_m) {
-        const float band = std::min(kBandVoxels * units_per_voxel_, 30000.0f);
+        const float band = std::max(kBand * 32767.0f, std::min(2 * units_per_voxel_, 30000.0f));
         left_ = simd::choose_voxels(chunk.sdf, chunk.weight, o.min_weight, static_cast<std::int16_t>(band),
                                     chosen_);
     }
@@ -119,7 +119,7 @@ class ChunkFit {
         const float s = stretch(model);
         if (!plausible(s)) return 0;
         simd::plane_residuals(chunk_.sdf, model, residuals_);
-        return simd::tukey_weights(residuals_, chosen_, 2 * kFlat * units_per_voxel_ * s, weights_) /
+        return simd::tukey_weights(residuals_, chosen_, 2 * kFlat * 32767.0f, weights_) /
                simd::kFullWeight;
     }
     // Distances along the optical axis grow by 1 / cos of the angle of view; below 1 only by noise.
@@ -132,7 +132,7 @@ class ChunkFit {
             if (!plausible(s)) return false;
             simd::plane_residuals(chunk_.sdf, *model, residuals_);
             const float mad = median(residuals_, chosen_, left_, voxel / 64);
-            const float sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel, kMostSigma * voxel);
+            const float sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel, std::max(kMostSigma * 32767.0f, kLeastSigma * voxel));
             cut_ = kTukey * sigma;
             if (simd::tukey_weights(residuals_, chosen_, cut_, weights_) <
                 kLeastVoxels * simd::kFullWeight / 2)
@@ -175,7 +175,7 @@ class ChunkFit {
         }
         if (weight == 0 || near == 0) return false;
         rms_voxels_ = static_cast<float>(std::sqrt(squares / weight));
-        return weight >= kLeastVoxels * simd::kFullWeight && rms_voxels_ <= kFlat &&
+        return weight >= kLeastVoxels * simd::kFullWeight && rms_voxels_ * voxel <= kFlat * 32767.0f &&
                static_cast<float>(agree) >= kInlierShare * static_cast<float>(near);
     }
 

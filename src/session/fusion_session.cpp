@@ -47,7 +47,11 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
     tracking_.place(arena, options.tracking, options.depth);
     extra_ = tracking_.keyframes();
     integrator_.place(arena, options.integration, options.depth.max_width, options.depth.max_height);
-    mesher_.place(arena, options.volume.capacity);
+    // Half of the chunks of a map hold surface within reach of a plane, at most: the rest is free space
+    // beside it.
+    options_.planes.chunks = options.volume.capacity / 2;
+    planes_.place(arena, options_.planes, options.volume);
+    mesher_.place(arena, options.volume.capacity + planes_.overlay().capacity());
     scratch_ = arena.allocate<std::uint32_t>(options.volume.capacity, 64);
 }
 
@@ -55,6 +59,7 @@ void FusionSession::clear() {
     volume_.clear();
     store_.is_open() ? store_.forget() : store_.clear();
     tracking_.clear();
+    planes_.clear();
     if (extra_) extra_->clear();
     frames_ = dropped_ = 0;
     counted_ = false;
@@ -95,7 +100,10 @@ void FusionSession::fuse(const FrameView& frame, Jobs& jobs, FrameReport* report
     report->store_full = store.full;
     report->store_failed = store.failed;
     report->valid_pixels = depth_.image.valid;
-    report->integrate_ms = now_ms() - start;
+    const double integrated = now_ms();
+    report->integrate_ms = integrated - start;
+    planes_.update(volume_, frames_, jobs);
+    report->planes_ms = now_ms() - integrated;
     dropped_ += report->chunks.dropped;
     counted_ = false;
 }
@@ -146,19 +154,19 @@ void FusionSession::bring_around(ChunkKey key) {
 
 MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out) {
     bring_around(key);
-    const std::uint32_t slot = volume_.find(key);
-    if (slot == kNoChunk) return {};
-    const Neighbourhood around(volume_, unpack_key(key));
-    const MeshCounts counts = mesh_chunk(volume_, around, options, out);
-    mark_meshed(volume_, around, counts.triangles > 0);
+    const SurfaceField field = surface();
+    if (field.find(key) == kNoChunk) return {};
+    const MeshCounts counts = mesh_chunk(field, Neighbourhood(field, unpack_key(key)), options, out);
+    if (volume_.find(key) != kNoChunk)
+        mark_meshed(volume_, Neighbourhood(volume_, unpack_key(key)), counts.triangles > 0);
     return counts;
 }
 
 MeshCounts FusionSession::mesh_at(ChunkKey key, const MeshOptions& options, const MeshBuffers& out,
                                   const ChunkMeshRange& range) const {
-    if (volume_.find(key) == kNoChunk) return {};
+    if (surface().find(key) == kNoChunk) return {};
     const std::uint64_t v = 3 * range.first_vertex;
-    return mesh_chunk(volume_, Neighbourhood(volume_, unpack_key(key)), options,
+    return mesh_chunk(surface(), Neighbourhood(surface(), unpack_key(key)), options,
                       {out.positions + v, out.normals ? out.normals + v : nullptr,
                        out.colours ? out.colours + v : nullptr, out.triangles + 3 * range.first_triangle});
 }
@@ -167,8 +175,8 @@ int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOption
                                const MeshBuffers& out, MeshCounts room, ChunkMeshRange* ranges, Jobs& jobs) {
     const auto measure = [&](int i) {
         MeshCounts counts;
-        if (volume_.find(keys[i]) != kNoChunk)
-            counts = count_chunk(volume_, Neighbourhood(volume_, unpack_key(keys[i])), options);
+        if (surface().find(keys[i]) != kNoChunk)
+            counts = count_chunk(surface(), Neighbourhood(surface(), unpack_key(keys[i])), options);
         ranges[i].vertices = counts.vertices;
         ranges[i].triangles = counts.triangles;
     };

@@ -18,6 +18,7 @@
 #include "map/volume.h"
 #include "mesh/changes.h"
 #include "mesh/mesher.h"
+#include "planes/plane_layer.h"
 #include "session/camera_tracking.h"
 
 namespace burin {
@@ -28,13 +29,14 @@ struct FusionOptions {
     DepthOptions depth;
     IntegrationOptions integration;
     TrackingOptions tracking;
+    PlaneOptions planes;             // room for chunks is derived from the capacity
     std::uint32_t store_chunks = 0;  // room in the index of a store; 0: there will be none
 };
 
 struct FrameReport {
     IntegrationCounts chunks;
     std::uint32_t valid_pixels = 0;
-    double depth_ms = 0, integrate_ms = 0;
+    double depth_ms = 0, integrate_ms = 0, planes_ms = 0;
     bool store_full = false, store_failed = false;
 };
 
@@ -70,14 +72,14 @@ class FusionSession {
     // Asked twice without a frame between, it remembers: the size first, then the mesh.
     MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
         if (counted(options)) return counts_;
-        counts_ = mesher_.count(volume_, options, jobs);
+        counts_ = mesher_.count(surface(), options, jobs);
         counted_options_ = options;
         counted_ = !jobs.stopped();
         return counts_;
     }
     bool counted(const MeshOptions& options) const { return counted_ && counted_options_ == options; }
     void extract_mesh(const MeshOptions& options, const MeshBuffers& out, Jobs& jobs) {
-        mesher_.extract(volume_, options, out, jobs);
+        mesher_.extract(surface(), options, out, jobs);
     }
     // One chunk's mesh for streaming; it is no longer listed then.
     MeshCounts mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out);
@@ -133,6 +135,15 @@ class FusionSession {
     }
     // Unit vector against gravity in the world, once an IMU told; see GravityFilter.
     bool gravity(Vec3d* up_world, double* sigma_rad) const { return tracking_.gravity(up_world, sigma_rad); }
+    // Brings planes, and the surface that joins them, up to date with the map.
+    void refresh_planes(Jobs& jobs) {
+        planes_.refresh(volume_, jobs);
+        counted_ = false;
+    }
+    PlaneLayer& planes() { return planes_; }
+    const PlaneLayer& planes() const { return planes_; }
+    // What is meshed: the volume, with the planes over it.
+    SurfaceField surface() const { return {volume_, planes_.enabled() ? &planes_.overlay() : nullptr}; }
     const ChunkStore& store() const { return store_; }
 
     const Volume& volume() const { return volume_; }
@@ -154,6 +165,7 @@ class FusionSession {
     DepthStage depth_;
     CameraTracking tracking_;
     Integrator integrator_;
+    PlaneLayer planes_;
     Mesher mesher_;
     MapExtra* extra_ = nullptr;
     std::uint32_t* scratch_ = nullptr;  // one entry a chunk

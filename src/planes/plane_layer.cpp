@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: MIT
+#include "planes/plane_layer.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cmath>
+
+#include "core/hash.h"
+#include "simd/plane_fit.h"
+
+namespace burin { void debug_planes(const PlaneLayer& l, const Volume& v);
+namespace {
+
+constexpr std::uint32_t kSlowTurns =
+    8;                              // chunks that did not change follow their planes at every eighth turn
+constexpr double kPullReach = 1.0;  // voxels: three standard deviations of a fused surface's noise
+// Observations that a patch of support counts for: a plane of a square metre (625 chunks at 5 mm) outweighs a
+// voxel seen 255 times by 25 to 1, one of a quarter by 6 to 1.
+constexpr float kObservationsPerPatch = 10;
+
+Vec3d patch_middle(const Patch& p, Vec3d centre) {
+    return centre + Vec3d{p.p[0], p.p[1], p.p[2]} * (1 / static_cast<double>(p.n));
+}
+
+}  // namespace
+
+void PlaneLayer::place(Arena& arena, const PlaneOptions& options, const VolumeShape& shape) {
+    options_ = options;
+    shape_ = shape;
+    const std::uint32_t chunks = options.enabled ? options.chunks : 0;
+    overlay_.place(arena, chunks);
+    if (!options.enabled) return;
+    set_.place(arena, options.planes, 2 * options.planes);
+    set_.rules = {};
+    set_.rules.voxel_m = static_cast<double>(shape.voxel_m);
+    chunks_ = arena.allocate<ChunkPlanes>(chunks, 64);
+    turn_ = arena.allocate<std::uint32_t>(shape.capacity, 64);
+    unassigned_ = arena.allocate<std::uint32_t>(chunks, 64);
+    members_ = arena.allocate<std::uint32_t>(chunks, 64);
+    work_ = arena.allocate<Work>(kBatch, 64);
+}
+
+void PlaneLayer::clear() {
+    overlay_.clear();
+    if (!options_.enabled) return;
+    set_.clear();
+    random_ = 0;
+    dropped_ = 0;
+    unassigned_count_ = 0;
+}
+
+Vec3d PlaneLayer::centre_of(ChunkKey key) const {
+    const Vec3i c = unpack_key(key);
+    const double side = kChunkSide * static_cast<double>(shape_.voxel_m);
+    return {(c.x + 0.5) * side, (c.y + 0.5) * side, (c.z + 0.5) * side};
+}
+
+// Chunks of a block of 4x4x4 have their turn together, as for meshing (mesh/changes.cpp): neighbours then see
+// the same planes. Free space has none.
+std::uint32_t PlaneLayer::list_due(const Volume& volume, std::uint64_t frame) {
+    const float near = 3 * shape_.voxel_m / volume.units_to_m();
+    const std::uint64_t interval = options_.interval, slow = interval * kSlowTurns;
+    std::uint32_t count = 0;
+    for (std::uint32_t slot = 0; slot < volume.live(); ++slot) {
+        const bool changed = volume.flags(slot) & kChunkUnfitted;
+        if (!changed && volume.over(slot) == kNoChunk) continue;
+        if (static_cast<float>(volume.least_distance(slot)) > near && volume.over(slot) == kNoChunk) continue;
+        const Vec3i c = unpack_key(volume.key(slot));
+        const std::uint64_t turn = mix64(pack_key({c.x >> 2, c.y >> 2, c.z >> 2})) + frame;
+        if (turn % (changed ? interval : slow) != 0) continue;
+        if (!changed && chunks_[volume.over(slot)].revision == set_.revision()) continue;
+        turn_[count++] = slot;
+    }
+    std::sort(turn_, turn_ + count,
+              [&volume](std::uint32_t a, std::uint32_t b) { return volume.key(a) < volume.key(b); });
+    return count;
+}
+
+void PlaneLayer::update(Volume& volume, std::uint64_t frame, Jobs& jobs) {
+    if (!options_.enabled) return;
+    const std::uint32_t count = list_due(volume, frame);
+    process(volume, turn_, count, jobs);
+    // Hypotheses cost a walk over the patches without a plane: a few a frame.
+    if (frame % 4 == 0) seed(8);
+    if (frame % 16 == 8) merge_planes();
+    set_.refit();
+    draw(volume, turn_, count, jobs);
+}
+
+void PlaneLayer::process(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs) {
+    const CandidateOptions candidates{shape_.voxel_m, volume.units_to_m()};
+    for (std::uint32_t first = 0; first < count; first += kBatch) {
+        const std::uint32_t some = std::min(kBatch, count - first);
+        constexpr int kPerItem = 8;  // chunks a step of the job counter, some 40 us
+        const int items = static_cast<int>((some + kPerItem - 1) / kPerItem);
+        jobs.run(items, [&](int item, int) {
+            for (std::uint32_t i = static_cast<std::uint32_t>(item) * kPerItem;
+                 i < std::min<std::uint32_t>(some, static_cast<std::uint32_t>(item + 1) * kPerItem); ++i) {
+                Work& work = work_[i];
+                work.slot = slots[first + i];
+                work.found = -1;
+                if (!(volume.flags(work.slot) & kChunkUnfitted)) continue;
+                work.found = static_cast<std::int8_t>(
+                    find_candidates(volume.geometry(work.slot), candidates, work.patch));
+            }
+        });
+        for (std::uint32_t i = 0; i < some; ++i) assign(volume, work_[i]);
+    }
+}
+
+void PlaneLayer::assign(Volume& volume, Work& work) {
+    const ChunkKey key = volume.key(work.slot);
+    const Vec3d centre = centre_of(key);
+    std::uint32_t entry = overlay_.find(key);
+    if (work.found < 0) {
+        if (entry != kNoChunk) check_patches(entry);
+        return;
+    }
+    volume.flags(work.slot) = static_cast<std::uint8_t>(volume.flags(work.slot) & ~kChunkUnfitted);
+    if (entry == kNoChunk) {
+        if (work.found == 0) return;
+        entry = overlay_.insert(key);
+        if (entry == kNoChunk) {
+            ++dropped_;
+            return;
+        }
+        chunks_[entry].count = chunks_[entry].pulled = 0;
+    }
+    ChunkPlanes& chunk = chunks_[entry];
+    for (int i = 0; i < chunk.count; ++i)
+        if (chunk.patch[i].plane != kNoPlane) set_.take(chunk.patch[i].plane, chunk.patch[i], centre);
+    chunk.count = static_cast<std::uint8_t>(work.found);
+    for (int i = 0; i < work.found; ++i) {
+        Patch& patch = chunk.patch[i] = work.patch[i];
+        patch.plane = set_.match(patch, centre);
+        if (patch.plane != kNoPlane) set_.add(patch.plane, patch, centre);
+    }
+}
+
+// Planes have moved since a patch joined: it may have to leave, or there may be one for it now.
+void PlaneLayer::check_patches(std::uint32_t entry) {
+    ChunkPlanes& chunk = chunks_[entry];
+    const Vec3d centre = centre_of(overlay_.key(entry));
+    for (int i = 0; i < chunk.count; ++i) {
+        Patch& patch = chunk.patch[i];
+        const std::uint16_t best = set_.match(patch, centre);
+        // To stay takes less than to come: no patch goes to and fro.
+        constexpr double kSlack = 1.3;
+        if (best == patch.plane || (patch.plane != kNoPlane && best == kNoPlane &&
+                                    set_.fits(set_.at(patch.plane), patch, centre, kSlack)))
+            continue;
+        if (patch.plane != kNoPlane) set_.take(patch.plane, patch, centre);
+        patch.plane = best;
+        if (best != kNoPlane) set_.add(best, patch, centre);
+    }
+}
+
+bool PlaneLayer::merge_planes() {
+    std::uint16_t into, from;
+    bool any = false;
+    while (set_.find_merge(&into, &from)) {
+        set_.merge(into, from);
+        for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry)
+            for (int i = 0; i < chunks_[entry].count; ++i)
+                if (chunks_[entry].patch[i].plane == from) chunks_[entry].patch[i].plane = into;
+        set_.refit();
+        any = true;
+    }
+    return any;
+}
+
+void PlaneLayer::refresh(Volume& volume, Jobs& jobs) {
+    if (!options_.enabled) return;
+    std::uint32_t count = 0;
+    for (std::uint32_t slot = 0; slot < volume.live(); ++slot)
+        if (volume.flags(slot) & kChunkUnfitted) turn_[count++] = slot;
+    std::sort(turn_, turn_ + count,
+              [&volume](std::uint32_t a, std::uint32_t b) { return volume.key(a) < volume.key(b); });
+    process(volume, turn_, count, jobs);
+    set_.refit();
+    constexpr int kRounds = 4;  // patches that leave in one may found or join planes in the next
+    for (int round = 0; round < kRounds; ++round) {
+        int fails = 0;
+        while (fails < 3) fails = seed(64) > 0 ? 0 : fails + 1;
+        for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry) check_patches(entry);
+        set_.refit();
+        merge_planes();
+    }
+    if (getenv("PDBG")) debug_planes(*this, volume);
+    for (count = 0; count < volume.live(); ++count) turn_[count] = count;
+    draw(volume, turn_, count, jobs);
+}
+
+// Planes of the chunk itself come first, then those of its neighbours that reach into it.
+void PlaneLayer::gather_pulls(const Volume& volume, Work* work) const {
+    work->pulls = 0;
+    int patches[4] = {};
+    const ChunkKey key = volume.key(work->slot);
+    const Vec3i c = unpack_key(key);
+    const Vec3d centre = centre_of(key);
+    const double voxel = static_cast<double>(shape_.voxel_m);
+    for (int i = 0; i < 27; ++i) {
+        const int at = i == 0 ? 13 : i <= 13 ? i - 1 : i;
+        const Vec3i beside{c.x + at % 3 - 1, c.y + at / 3 % 3 - 1, c.z + at / 9 - 1};
+        const std::uint32_t entry = chunk_in_range(beside) ? overlay_.find(pack_key(beside)) : kNoChunk;
+        if (entry == kNoChunk) continue;
+        const ChunkPlanes& chunk = chunks_[entry];
+        for (int k = 0; k < chunk.count; ++k) {
+            const Patch& patch = chunk.patch[k];
+            if (patch.plane == kNoPlane) continue;
+            const GlobalPlane& plane = set_.at(patch.plane);
+            if (plane.area_m2 < options_.least_area_m2) continue;
+            int p = 0;
+            while (p < work->pulls && work->pull[p] != patch.plane) ++p;
+            if (p == work->pulls) {
+                const Vec3d n = plane.normal;
+                const double reach =
+                    (0.5 * kChunkSide * (std::fabs(n.x) + std::fabs(n.y) + std::fabs(n.z)) + 1) * voxel;
+                if (p == 4 || std::fabs(plane.distance(centre)) > reach) continue;
+                work->pull[work->pulls] = patch.plane;
+                work->stretch[work->pulls++] = 0;
+            } else if (at != 13 && patches[p] < 0) {
+                continue;  // the chunk's own patch tells it better
+            }
+            if (at == 13) {
+                work->stretch[p] = patch.stretch;
+                patches[p] = -1;
+            } else {
+                work->stretch[p] += patch.stretch;
+                ++patches[p];
+            }
+        }
+    }
+    for (int p = 0; p < work->pulls; ++p)
+        if (patches[p] > 0) work->stretch[p] /= static_cast<float>(patches[p]);
+}
+
+void PlaneLayer::pull(Volume& volume, Work& work) {
+    if (work.entry == kNoChunk) return;
+    const Vec3d centre = centre_of(volume.key(work.slot));
+    const float per_m = 1 / volume.units_to_m(), half_voxel = 0.5f * shape_.voxel_m * per_m;
+    simd::Pull pulls[4];
+    for (int p = 0; p < work.pulls; ++p) {
+        const GlobalPlane& plane = set_.at(work.pull[p]);
+        const float s = work.stretch[p];
+        simd::PlaneModel& m = pulls[p].plane;
+        for (int r = 0; r < 3; ++r) m.a[r] = static_cast<float>(plane.normal[r]) * (half_voxel * s);
+        m.c = static_cast<float>(plane.distance(centre)) * (per_m * s);
+        pulls[p].strength = 64 * kObservationsPerPatch * static_cast<float>(plane.patches);
+        pulls[p].reach = static_cast<float>(kPullReach) * shape_.voxel_m * per_m * s;
+    }
+    const ChunkGeometry& raw = volume.geometry(work.slot);
+    ChunkGeometry& out = overlay_.geometry(work.entry);
+    simd::pull_to_planes(raw.sdf, raw.weight, pulls, work.pulls, out.sdf);
+    std::copy_n(raw.weight, kChunkVoxels, out.weight);
+}
+
+// Draws the distances of the chunks to their planes.
+void PlaneLayer::draw(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs) {
+    for (std::uint32_t first = 0; first < count; first += kBatch) {
+        const std::uint32_t some = std::min(kBatch, count - first);
+        constexpr int kPerItem = 8;
+        const int items = static_cast<int>((some + kPerItem - 1) / kPerItem);
+        const auto each = [&](auto&& body) {
+            jobs.run(items, [&](int item, int) {
+                for (std::uint32_t i = static_cast<std::uint32_t>(item) * kPerItem;
+                     i < std::min<std::uint32_t>(some, static_cast<std::uint32_t>(item + 1) * kPerItem); ++i)
+                    body(work_[i], slots[first + i]);
+            });
+        };
+        each([&](Work& work, std::uint32_t slot) {
+            work.slot = slot;
+            gather_pulls(volume, &work);
+        });
+        for (std::uint32_t i = 0; i < some; ++i) {
+            Work& work = work_[i];
+            std::uint32_t& over = volume.over(work.slot);
+            work.entry = kNoChunk;
+            if (work.pulls > 0) {
+                const std::uint32_t known = overlay_.count();
+                work.entry = overlay_.insert(volume.key(work.slot));
+                if (work.entry == kNoChunk)
+                    ++dropped_;
+                else if (work.entry == known)
+                    chunks_[work.entry].count = 0;
+            }
+            // What is meshed changes: by much where the layer comes or goes, else by what planes move at a
+            // time.
+            const auto lag = static_cast<std::uint16_t>(static_cast<float>(set_.rules.lag_voxels) *
+                                                        shape_.voxel_m / volume.units_to_m());
+            if (work.entry != kNoChunk || over != kNoChunk) {
+                volume.flags(work.slot) |= kChunkStale;
+                volume.mesh_lag(work.slot) =
+                    add_saturated(volume.mesh_lag(work.slot), over == work.entry ? lag : 65535);
+            }
+            over = work.entry;
+            if (work.entry == kNoChunk) continue;
+            ChunkPlanes& chunk = chunks_[work.entry];
+            chunk.pulled = work.pulls;
+            std::copy_n(work.pull, work.pulls, chunk.pull);
+            chunk.revision = set_.revision();
+        }
+        each([&](Work& work, std::uint32_t) { pull(volume, work); });
+    }
+}
+
+std::uint16_t PlaneLayer::plane_at(Vec3d x, Vec3d normal) const {
+    const double side = kChunkSide * static_cast<double>(shape_.voxel_m);
+    const Vec3i c{static_cast<std::int32_t>(std::floor(x.x / side)),
+                  static_cast<std::int32_t>(std::floor(x.y / side)),
+                  static_cast<std::int32_t>(std::floor(x.z / side))};
+    const std::uint32_t entry = chunk_in_range(c) ? overlay_.find(pack_key(c)) : kNoChunk;
+    if (entry == kNoChunk) return kNoPlane;
+    const ChunkPlanes& chunk = chunks_[entry];
+    std::uint16_t best = kNoPlane;
+    // Half a voxel: what has joined a plane lies closer, but where it bends away to something else.
+    double nearest = 0.5 * static_cast<double>(shape_.voxel_m);
+    for (int i = 0; i < chunk.pulled; ++i) {
+        const GlobalPlane& plane = set_.at(chunk.pull[i]);
+        const double distance = std::fabs(plane.distance(x));
+        // 30 degrees: triangles of marching cubes on a plane that is not quite reached tilt.
+        if (plane.id == 0 || !(distance < nearest) || dot(plane.normal, normal) < 0.866) continue;
+        nearest = distance;
+        best = chunk.pull[i];
+    }
+    return best;
+}
+
+void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triangles, std::uint64_t count,
+                             std::uint8_t* labels, std::uint32_t* ids, Jobs& jobs) const {
+    constexpr std::uint64_t kItem = 1024;  // triangles, some 100 us
+    jobs.run(static_cast<int>((count + kItem - 1) / kItem), [&](int item, int) {
+        const std::uint64_t first = static_cast<std::uint64_t>(item) * kItem;
+        for (std::uint64_t t = first; t < std::min(count, first + kItem); ++t) {
+            Vec3d corner[3];
+            for (int k = 0; k < 3; ++k) {
+                const float* p =
+                    positions + 3 * std::uint64_t{triangles[3 * t + static_cast<std::uint64_t>(k)]};
+                corner[k] = {p[0], p[1], p[2]};
+            }
+            const Vec3d middle = (corner[0] + corner[1] + corner[2]) * (1.0 / 3);
+            const Vec3d normal = normalised(cross(corner[1] - corner[0], corner[2] - corner[0]));
+            const std::uint16_t plane = plane_at(middle, normal);
+            const bool told = plane != kNoPlane && set_.at(plane).area_m2 >= options_.least_area_m2;
+            if (labels) labels[t] = told ? set_.at(plane).label : 0;
+            if (ids) ids[t] = told ? set_.at(plane).id : 0;
+        }
+    });
+}
+
+// ------------------------------------------------------------------------------------------- step two:
+// merging
+
+std::uint32_t PlaneLayer::list_unassigned() {
+    std::uint32_t count = 0;
+    for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry)
+        for (std::uint32_t i = 0; i < chunks_[entry].count; ++i)
+            if (chunks_[entry].patch[i].plane == kNoPlane && count < options_.chunks)
+                unassigned_[count++] = 4 * entry + i;
+    return count;
+}
+
+std::uint32_t PlaneLayer::choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin,
+                                         Scatter* sums, double* area, Vec3d* grown_low, Vec3d* grown_high) {
+    const double gate = set_.rules.gate_voxels * static_cast<double>(shape_.voxel_m);
+    std::uint32_t count = 0;
+    *sums = {};
+    *area = 0;
+    for (std::uint32_t u = 0; u < unassigned_count_; ++u) {
+        const std::uint32_t entry = unassigned_[u] >> 2;
+        const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
+        if (dot(fit.normal, patch.unit_normal()) < set_.rules.least_cosine) continue;
+        const Vec3d centre = centre_of(overlay_.key(entry)), middle = patch_middle(patch, centre);
+        if (std::fabs(dot(fit.normal, middle) + fit.offset) > gate) continue;
+        bool inside = true;
+        for (int r = 0; r < 3; ++r)
+            inside = inside && middle[r] >= low[r] - margin && middle[r] <= high[r] + margin;
+        if (!inside) continue;
+        members_[count++] = unassigned_[u];
+        sums->add(patch.scatter(centre));
+        *area += patch_area(patch, static_cast<double>(shape_.voxel_m));
+        for (int r = 0; r < 3; ++r) {
+            (*grown_low)[r] = std::min((*grown_low)[r], middle[r]);
+            (*grown_high)[r] = std::max((*grown_high)[r], middle[r]);
+        }
+    }
+    return count;
+}
+
+// RANSAC over the candidates: one patch is a hypothesis, and counts those that agree with it within reach of
+// its own direction; the best is grown, by new fits to ever more members, as far as they hang together.
+int PlaneLayer::seed(int tries) {
+    unassigned_count_ = list_unassigned();
+    constexpr std::uint32_t kLeastPatches = 8;  // 2 x 4 chunks
+    constexpr double kLeastArea = 0.012;        // m^2: 8 chunks of 40 mm
+    if (unassigned_count_ < kLeastPatches) return 0;
+    constexpr double kLocal =
+        0.2;  // metres: a patch's direction is sure to 3 degrees, 10 mm at this distance
+    constexpr double kMargin = 0.1;  // metres: members of one plane are no farther apart
+    Scatter sums, best_sums;
+    double area, best_area = 0;
+    Vec3d low, high, best_low, best_high, normal;
+    for (int t = 0; t < tries; ++t) {
+        random_ += 0x9e3779b97f4a7c15ULL;
+        const std::uint32_t u = static_cast<std::uint32_t>((mix64(random_) >> 32) * unassigned_count_ >> 32);
+        const std::uint32_t entry = unassigned_[u] >> 2;
+        const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
+        PlaneFit fit;
+        const Vec3d middle = patch_middle(patch, centre_of(overlay_.key(entry)));
+        fit.normal = patch.unit_normal();
+        fit.offset = -dot(fit.normal, middle);
+        low = high = middle;
+        choose_members(fit, middle, middle, kLocal, &sums, &area, &low, &high);
+        if (!(area > best_area)) continue;
+        best_area = area;
+        best_sums = sums;
+        best_low = low;
+        best_high = high;
+        normal = fit.normal;
+    }
+    if (best_area < kLeastArea) return 0;
+    std::uint32_t members = 0;
+    // Doubles in extent a round at most; when nothing joins, it is done.
+    for (int round = 0; round < 24; ++round) {
+        const PlaneFit fit = fit_plane(best_sums, normal);
+        normal = fit.normal;
+        low = best_low;
+        high = best_high;
+        const std::uint32_t before = members;
+        members = choose_members(fit, best_low, best_high, kMargin, &sums, &area, &low, &high);
+        if (members < kLeastPatches) return 0;
+        best_sums = sums;
+        best_low = low;
+        best_high = high;
+        best_area = area;
+        if (members == before) break;
+    }
+    if (members < kLeastPatches || best_area < kLeastArea) return 0;
+    const std::uint16_t plane = set_.create(best_sums, normal);
+    if (plane == kNoPlane) return 0;
+    for (std::uint32_t m = 0; m < members; ++m) {
+        const std::uint32_t entry = members_[m] >> 2;
+        Patch& patch = chunks_[entry].patch[members_[m] & 3];
+        patch.plane = plane;
+        set_.add(plane, patch, centre_of(overlay_.key(entry)));
+    }
+    return 1;
+}
+
+}  // namespace burin
+#include <cstdio>
+namespace burin { void debug_planes(const PlaneLayer& l, const Volume& v) {
+ long by[3]={},asg[3]={}; double area[3]={}; 
+ for (std::uint32_t e=0;e<l.overlay().count();++e) for(int i=0;i<l.chunk(e).count;++i){ const Patch&p=l.chunk(e).patch[i]; by[p.axis]++; asg[p.axis]+=p.plane!=kNoPlane; area[p.axis]+=patch_area(p,0.005);} 
+ std::printf("entries %u of %u dropped %lu live %u; candidates %ld %ld %ld assigned %ld %ld %ld area %.2f %.2f %.2f\n", l.overlay().count(), l.overlay().capacity(), l.dropped(), v.live(), by[0],by[1],by[2],asg[0],asg[1],asg[2],area[0],area[1],area[2]);
+ CandidateOptions o{v.voxel_m(), v.units_to_m()}; Patch out[3]; long n0=0,n1=0,near=0;
+ for (std::uint32_t s=0;s<v.live();++s){ if (v.least_distance(s)>3*v.voxel_m()/v.units_to_m()) continue; ++near; int n=find_candidates(v.geometry(s),o,out); (n?n1:n0)++; }
+ std::printf("near %ld with %ld without %ld\n",near,n1,n0);
+ for (unsigned i=0;i<l.set().used();++i) { auto&p=l.set().at(i); if(p.id) std::printf("id %u patches %u area %.3f n %.2f %.2f %.2f rms %.1f\n",p.id,p.patches,p.area_m2,p.normal.x,p.normal.y,p.normal.z,p.rms_m()*1e3);} } }

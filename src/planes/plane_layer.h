@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Planes on the fly (Dzitsiuk et al., ICRA 2017), a layer over the volume: candidates in chunks that changed,
+// one set of global planes, and distances that join them, in an overlay. The volume is only read.
+#pragma once
+
+#include <cstdint>
+
+#include "core/arena.h"
+#include "core/jobs.h"
+#include "map/overlay.h"
+#include "map/volume.h"
+#include "planes/plane_set.h"
+
+namespace burin {
+
+enum class MergeBy : std::uint8_t {
+    ransac,  // a patch as hypothesis, its supporters the members
+    growing  // from a patch to its neighbours
+};
+
+struct PlaneOptions {
+    bool enabled = false;
+    std::uint32_t chunks = 0;     // room for so many chunks with planes
+    std::uint32_t planes = 512;   // at a time
+    std::uint32_t interval = 32;  // a chunk that changed has its turn every so many frames
+    MergeBy merge_by = MergeBy::ransac;
+    double least_area_m2 = 0.1;  // smaller planes are not told and pull nothing
+};
+
+// What the layer knows of one chunk, beside its entry in the overlay.
+struct ChunkPlanes {
+    Patch patch[kChunkPlanes];
+    std::uint8_t count;   // of patches
+    std::uint8_t pulled;  // number of planes that its distances were drawn to
+    std::uint16_t pull[4];
+    std::uint32_t revision;  // of the planes when they were
+};
+
+class PlaneLayer {
+  public:
+    void place(Arena& arena, const PlaneOptions& options, const VolumeShape& shape);
+    void clear();
+    bool enabled() const { return options_.enabled; }
+
+    // The share of one frame: the chunks whose turn it is.
+    void update(Volume& volume, std::uint64_t frame, Jobs& jobs);
+    // Everything at once: every chunk that changed, planes merged until nothing changes, all chunks drawn to
+    // them.
+    void refresh(Volume& volume, Jobs& jobs);
+
+    const Overlay& overlay() const { return overlay_; }
+    Overlay& overlay() { return overlay_; }
+    PlaneSet& set() { return set_; }
+    const PlaneSet& set() const { return set_; }
+    const ChunkPlanes& chunk(std::uint32_t entry) const { return chunks_[entry]; }
+    Vec3d centre_of(ChunkKey key) const;
+    // Whether the plane is there and large enough to be told.
+    bool told(const GlobalPlane& plane) const {
+        return plane.id != 0 && plane.area_m2 >= options_.least_area_m2;
+    }
+    const PlaneOptions& options() const { return options_; }
+    // Chunks that found no room since clear().
+    std::uint64_t dropped() const { return dropped_; }
+
+    // Of each triangle (3 indices, 3 coordinates a vertex): label and plane's id; either may be null.
+    void label_faces(const float* positions, const std::uint32_t* triangles, std::uint64_t count,
+                     std::uint8_t* labels, std::uint32_t* ids, Jobs& jobs) const;
+
+    // The plane (its place in the set) that surface at x with this normal in the chunk belongs to, kNoPlane.
+    std::uint16_t plane_at(Vec3d x, Vec3d normal) const;
+
+  private:
+    struct Work {  // a chunk of a batch
+        std::uint32_t slot, entry;
+        std::int8_t found;  // candidates; -1: not looked for
+        std::uint8_t pulls;
+        std::uint16_t pull[4];
+        float stretch[4];
+        Patch patch[kChunkPlanes];
+    };
+    static constexpr std::uint32_t kBatch = 512;
+
+    std::uint32_t list_due(const Volume& volume, std::uint64_t frame);
+    void process(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs);
+    void assign(Volume& volume, Work& work);
+    void gather_pulls(const Volume& volume, Work* work) const;
+    void pull(Volume& volume, Work& work);
+    void draw(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs);
+    void check_patches(std::uint32_t entry);
+    bool merge_planes();
+    // New planes among the patches that have none: `tries` hypotheses. Returns how many.
+    int seed(int tries);
+    std::uint32_t list_unassigned();
+    std::uint32_t choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin, Scatter* sums,
+                                 double* area, Vec3d* grown_low, Vec3d* grown_high);
+
+    PlaneOptions options_;
+    VolumeShape shape_;
+    PlaneSet set_;
+    Overlay overlay_;
+    ChunkPlanes* chunks_ = nullptr;        // by entry
+    std::uint32_t* turn_ = nullptr;        // slots
+    std::uint32_t* unassigned_ = nullptr;  // 4 * entry + patch
+    std::uint32_t* members_ = nullptr;     // of a plane to be: the same
+    std::uint32_t unassigned_count_ = 0;
+    Work* work_ = nullptr;
+    std::uint64_t random_ = 0, dropped_ = 0;
+};
+
+}  // namespace burin
