@@ -198,7 +198,7 @@ ComponentCounts remove_small_components(const CellGrid& grid, CellMask mask, std
         const CellRun& run = runs[i];
         if (runs[run.root].cells >= min_cells) continue;
         if (run.root == i) ++counts.removed;
-        const auto cells = static_cast<std::size_t>(run.last - run.first + 1);
+        const std::size_t cells = static_cast<std::size_t>(run.last) - run.first + 1;
         counts.removed_cells += cells;
         std::memset(grid.row(run.row) + run.first, kCellUnknown, cells);
     }

@@ -47,10 +47,10 @@ constexpr std::size_t closing_words(int width, int height, int radius) {
 
 // Morphological closing of the seen cells by a square of 2 * radius + 1 cells, radius 1..kMaxClosingRadius:
 // an unknown cell becomes seen when every such square that covers it holds a seen cell. Blocked and filled
-// cells stay, and count as not seen; a gap across a blocked cell is closed all the same on its both sides.
-// The border is none: the grid counts as a piece of an endless plane whose other cells are unknown, so that
-// nothing is drawn towards the border and a larger grid gives the same cells. A second closing changes
-// nothing where no cell was blocked or filled. Returns how many cells became seen.
+// cells stay as they are, and count as not seen; they do not keep seen cells at their two sides apart.
+// At the border the grid counts as a piece of an endless plane whose other cells are unknown: nothing is
+// drawn towards the border, and in a larger grid the same cells are closed. A second closing changes nothing.
+// Returns how many cells became seen.
 // scratch: closing_words(width, height, radius) words.
 std::uint64_t close_seen(const CellGrid& grid, int radius, std::uint64_t* scratch);
 

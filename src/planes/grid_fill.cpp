@@ -7,7 +7,7 @@ namespace burin {
 namespace {
 
 void set_cells(const CellGrid& grid, int v, int first, int last, Cell kind) {
-    std::memset(grid.row(v) + first, kind, static_cast<std::size_t>(last - first + 1));
+    std::memset(grid.row(v) + first, kind, static_cast<std::size_t>(last) - first + 1);
 }
 
 // Cells of the mask among columns first .. last of row v.

@@ -47,12 +47,12 @@ constexpr std::size_t outline_bytes(int width, int height) {
 OutlineCounts trace_outline(const CellGrid& grid, const OutlineOptions& options, const Outline& out,
                             std::uint8_t* scratch);
 
-// Simplifies exact rings in place, by Douglas & Peucker (1973) with a tolerance in cells: no point that is
-// left out is further than that from the side that replaces it. Every ring keeps three points at least and
-// its direction; one that would lose its direction or its area stays exact. A side can come to cross another
-// where the region is narrower than twice the tolerance; areas and the even-odd rule hold for such rings too.
-// Ring starts move, since points close up. Returns the new counts.
-// scratch: counts.longest bytes.
+// Simplifies exact rings in place (the counts must have fitted the capacities), by Douglas & Peucker (1973)
+// with a tolerance in cells: no point that is left out is further than that from the side that replaces it.
+// Every ring keeps three points at least and its direction; one that would lose its direction or its area
+// stays exact. A side can come to cross another where the region is narrower than twice the tolerance; areas
+// and the even-odd rule hold for such rings too. Ring starts move, since points close up. Returns the new
+// counts. scratch: counts.longest bytes.
 OutlineCounts simplify_outline(const Outline& outline, const OutlineCounts& counts, double tolerance,
                                std::uint8_t* scratch);
 

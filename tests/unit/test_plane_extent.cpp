@@ -71,6 +71,7 @@ TEST(PlaneExtent, ClosingIsWhatTheDefinitionSaysForEveryCell) {
         std::uint64_t count = 0;
         ASSERT_EQ(closed(grid, r, &count), expected.rows()) << round;
         EXPECT_EQ(static_cast<std::int64_t>(count), expected.count(kSeenMask) - grid.count(kSeenMask));
+        EXPECT_EQ(closed(expected, r), expected.rows()) << "a second closing";
     }
 }
 
@@ -143,7 +144,7 @@ TEST(PlaneExtent, ComponentsAreThoseOfAFlood) {
         ASSERT_EQ(counts.components + 1, parts.sizes.size()) << round;
         EXPECT_EQ(counts.largest, *std::max_element(parts.sizes.begin(), parts.sizes.end()));
         std::vector<std::uint32_t> root_of_part(parts.sizes.size(), ~0u);
-        std::int64_t cells = 0;
+        std::size_t cells = 0;
         for (std::size_t i = 0; i < counts.runs; ++i)
             for (int u = runs[i].first; u <= runs[i].last; ++u, ++cells) {
                 const int part = parts.part[static_cast<std::size_t>(runs[i].row) * grid.width + u];
@@ -153,7 +154,7 @@ TEST(PlaneExtent, ComponentsAreThoseOfAFlood) {
                 ASSERT_EQ(runs[i].root, root) << round;
                 ASSERT_EQ(runs[root].cells, parts.sizes[static_cast<std::size_t>(part)]);
             }
-        EXPECT_EQ(cells, std::accumulate(parts.sizes.begin(), parts.sizes.end(), std::int64_t{0}));
+        EXPECT_EQ(cells, std::accumulate(parts.sizes.begin(), parts.sizes.end(), std::size_t{0}));
         // One run too few: the need is told, and nothing removed.
         if (counts.runs == 0 || spans) continue;
         const Grid before = grid;
