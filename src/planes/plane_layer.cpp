@@ -58,13 +58,15 @@ Vec3d PlaneLayer::centre_of(ChunkKey key) const {
 // Chunks of a block of 4x4x4 have their turn together, as for meshing (mesh/changes.cpp): neighbours then see
 // the same planes. Free space has none.
 std::uint32_t PlaneLayer::list_due(const Volume& volume, std::uint64_t frame) {
-    const float near = 3 * shape_.voxel_m / volume.units_to_m();
+    // Only chunks with surface hold planes. A voxel beside it is within half a voxel of it along the normal, and the
+    // distances are stretched where the view was slanted.
+    const float near = 1.25f * shape_.voxel_m / volume.units_to_m();
     const std::uint64_t interval = options_.interval, slow = interval * kSlowTurns;
     std::uint32_t count = 0;
     for (std::uint32_t slot = 0; slot < volume.live(); ++slot) {
         const bool changed = volume.flags(slot) & kChunkUnfitted;
         if (!changed && volume.over(slot) == kNoChunk) continue;
-        if (static_cast<float>(volume.least_distance(slot)) > near && volume.over(slot) == kNoChunk) continue;
+        if (static_cast<float>(volume.least_distance(slot)) > near) continue;
         const Vec3i c = unpack_key(volume.key(slot));
         const std::uint64_t turn = mix64(pack_key({c.x >> 2, c.y >> 2, c.z >> 2})) + frame;
         if (turn % (changed ? interval : slow) != 0) continue;

@@ -22,7 +22,7 @@ struct PlaneOptions {
     bool enabled = false;
     std::uint32_t chunks = 0;     // room for so many chunks with planes
     std::uint32_t planes = 512;   // at a time
-    std::uint32_t interval = 32;  // a chunk that changed has its turn every so many frames
+    std::uint32_t interval = 64;  // a chunk that changed has its turn every so many frames
     MergeBy merge_by = MergeBy::ransac;
     double least_area_m2 = 0.1;  // smaller planes are not told and pull nothing
 };
