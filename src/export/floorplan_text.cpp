@@ -71,7 +71,7 @@ Bounds bounds_of(const FloorPlan& plan) {
 }
 
 void put_grid(std::string* out, const Bounds& b) {
-    out->append("<g stroke=\"#dfe3e8\" stroke-width=\"0.008\">\n");
+    out->append("<g stroke=\"#cdd3da\" stroke-width=\"0.01\">\n");
     // A line a metre, at most some 2000 of them should the plan be that large.
     const double step = std::max(1.0, std::ceil((b.high.x - b.low.x + b.high.y - b.low.y) / 2000));
     for (double x = std::ceil(b.low.x / step) * step; x <= b.high.x; x += step)

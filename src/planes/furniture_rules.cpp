@@ -16,7 +16,8 @@ constexpr double kBackGap = 0.12;        // and stands at most this far behind i
 constexpr double kHeadroom = 0.7;        // nobody sits with less above; boards of a shelf have 0.2 to 0.5
 constexpr double kCabinetNarrow = 0.55;  // sideboards are no deeper, worktops have 0.6
 constexpr double kPlinth = 0.15;         // a closed front begins this near to the floor,
-constexpr double kTopThick = 0.1;        // and ends this near below its top, as the legs of a table do
+constexpr double kHiddenLeg = 0.25;      // a top hides as much of its legs from who looks down on it
+constexpr double kTopThick = 0.1;        // and ends this near below its top
 
 }  // namespace
 
@@ -78,7 +79,7 @@ void LabelRules::label_part(int i) {
     for (int k = 0; k < count; ++k) {
         if (!is(k, Facing::up) || (labels[k] != kLabelTable && labels[k] != kLabelSeat)) continue;
         const double gap = at(k).middle(2) - at(i).high[2];
-        bool inside = gap >= -kOverhang && gap <= kTopThick;
+        bool inside = gap >= -kOverhang && gap <= (is(i, Facing::sideways) ? kHiddenLeg : kTopThick);
         for (int a = 0; a < 2; ++a) {
             const Interval c = cover(at(i), at(k).axis[a]);
             inside = inside && c.low >= at(k).low[a] - kOverhang && c.high <= at(k).high[a] + kOverhang;

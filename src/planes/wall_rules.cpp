@@ -4,7 +4,8 @@
 namespace burin {
 namespace {
 
-constexpr double kWallArea = 0.5;      // m^2
+constexpr double kWallArea = 0.5;      // m^2 seen,
+constexpr double kWallReach = 2.0;     // m^2; or of its rectangle, behind furniture or far away
 constexpr double kWallNarrow = 0.5;    // pillars, sides of shelves and skirting boards are less
 constexpr double kWallTop = 1.2;       // what ends lower (a sofa's back, a desk's front) is furniture,
 constexpr double kWallSure = 2.0;      // m^2; unless it is this large: a wall of which the foot was seen
@@ -21,8 +22,10 @@ constexpr double kPerpendicular = 0.26;  // sin 15 degrees
 // Doors (DIN 18101: leaves 0.61 to 1.24 wide, 1.99 and 2.1 high; the raised panels of a leaf are less).
 constexpr double kDoorNarrow = 0.5, kDoorWide = 1.3;
 constexpr double kDoorFoot = 0.25, kDoorLow = 1.7, kDoorHigh = 2.4;
-constexpr double kDoorFilled = 0.35;  // of its rectangle: a leaf around its panels fills 0.46, a frame 0.15
-constexpr double kStandOut = 0.15;    // boards of a shelf stand out further from its back, handles do not
+constexpr double kDoorFilled = 0.18;    // of its rectangle: a leaf seen between its panels fills 0.2 to 0.46,
+                                        // a frame of 0.07 around it 0.16, with noise 0.19
+constexpr double kWindowFilled = 0.15;  // glass is seen in patches; its frame alone fills 0.09
+constexpr double kStandOut = 0.15;      // boards of a shelf stand out further from its back, handles do not
 // Windows: sills are at 0.8 to 1.0. A pane flush with the wall must be larger than pictures are.
 constexpr double kSill = 0.5;
 constexpr double kWindowNarrow = 0.8, kWindowArea = 1.0;  // m, m^2 of its rectangle
@@ -32,7 +35,8 @@ constexpr double kRecess = -0.03, kRecessNarrow = 0.4;    // no picture lies beh
 
 // Large and upright, high enough, and not of a shape that furniture has.
 bool LabelRules::can_be_wall(int i) const {
-    if (!is(i, Facing::sideways) || area(i) < kWallArea) return false;
+    if (!is(i, Facing::sideways) || area(i) < kLeastArea) return false;
+    if (area(i) < kWallArea && at(i).reach(0) * at(i).reach(2) < kWallReach) return false;
     if (at(i).reach(0) < kWallNarrow || at(i).reach(2) < kWallNarrow) return false;
     if (!has_floor) return true;
     if (at(i).reach(0) < kSideWide && top(i) < kWardrobeTop) return false;
@@ -105,7 +109,7 @@ void LabelRules::label_fixture(int i) {
         const double narrow = width < height_m ? width : height_m;
         const bool large = narrow >= kWindowNarrow && width * height_m >= kWindowArea;
         if (foot(i) >= kSill && (large || (gap <= kRecess && narrow >= kRecessNarrow)) &&
-            area(i) >= kDoorFilled * width * height_m) {
+            area(i) >= kWindowFilled * width * height_m) {
             labels[i] = kLabelWindow;
             return;
         }
