@@ -13,27 +13,41 @@ namespace {
 using simd::PlaneModel;
 using simd::PlaneSums;
 
-constexpr float kBand = 0.6f;  // of the truncation: distances beyond hold more of it than of the surface
+constexpr float kBand = 0.6f;     // of the truncation: distances beyond hold more of it than of the surface
 constexpr int kLeastVoxels = 40;  // a plane through a chunk has 64 voxels within half a voxel
-constexpr float kFlat = 0.15f;          // of the truncation: rms of what is still a plane, not a curve or clutter
+constexpr float kFlat = 0.15f;    // of the truncation: rms of what is still a plane, not a curve or clutter
 constexpr float kTukey = 4.685f;  // 95 % efficiency for normal residuals
 constexpr float kMadToSigma = 1.4826f;
 constexpr float kLeastSigma = 0.02f;  // voxels: below, quantisation and interpolation rule
-constexpr float kMostSigma = 0.15f;     // of the truncation
+constexpr float kMostSigma = 0.15f;   // of the truncation
 constexpr float kInlierShare = 0.6f;  // of the voxels near a plane that must agree with it
 constexpr int kIterations = 3;
+constexpr std::uint16_t kMinWeight = 64;  // one observation: less is the rim of what was seen
 
 // f = a . u + c by least squares: Cholesky on the 4x4 normal equations. False: the voxels do not span it.
-bool solve(const PlaneSums& s, PlaneModel* out) {
+// Where `flat` is an axis, a[flat] is given (by `slope`) and not sought.
+bool solve(const PlaneSums& s, int flat, float slope, PlaneModel* out) {
     // The constant first: the other pivots are then variances of the voxels about their mean.
     double m[4][4] = {}, b[4];
     m[0][0] = s.w;
     b[0] = s.f;
+    const double given = flat < 3 ? static_cast<double>(slope) : 0;
     int at = 0;
     for (int r = 0; r < 3; ++r) {
         m[r + 1][0] = s.u[r];
         b[r + 1] = s.fu[r];
         for (int c = r; c < 3; ++c) m[c + 1][r + 1] = s.uu[at++];
+    }
+    if (flat < 3) {
+        for (int r = 0; r < 3; ++r) {
+            double& product = r < flat ? m[flat + 1][r + 1] : m[r + 1][flat + 1];
+            b[r + 1] -= given * product;
+            if (r != flat) product = 0;
+        }
+        b[0] -= given * m[flat + 1][0];
+        m[flat + 1][0] = 0;
+        m[flat + 1][flat + 1] = s.w;
+        b[flat + 1] = given * s.w;
     }
     for (int j = 0; j < 4; ++j) {
         for (int k = 0; k < j; ++k) m[j][j] -= m[j][k] * m[j][k];
@@ -73,10 +87,11 @@ float median(const std::uint16_t* residuals, const std::uint8_t* chosen, int cou
 
 class ChunkFit {
   public:
-    ChunkFit(const ChunkGeometry& chunk, const CandidateOptions& o)
-        : chunk_(chunk), units_per_voxel_(o.voxel_m / o.units_to_m), voxel_m_(o.voxel_m) {
+    ChunkFit(const Volume& volume, std::uint32_t slot)
+        : volume_(volume), chunk_(volume.geometry(slot)), key_(volume.key(slot)), voxel_m_(volume.voxel_m()) {
+        units_per_voxel_ = voxel_m_ / volume.units_to_m();
         const float band = std::max(kBand * 32767.0f, std::min(2 * units_per_voxel_, 30000.0f));
-        left_ = simd::choose_voxels(chunk.sdf, chunk.weight, o.min_weight, static_cast<std::int16_t>(band),
+        left_ = simd::choose_voxels(chunk_.sdf, chunk_.weight, kMinWeight, static_cast<std::int16_t>(band),
                                     chosen_);
     }
     int left() const { return left_; }
@@ -88,11 +103,13 @@ class ChunkFit {
         for (const PlaneSums& s : octants) all += s;
         PlaneModel model;
         // The whole chunk as one plane; where that does not hold, the octant whose plane most voxels share.
-        if (!(solve(all, &model) && settle(&model))) {
+        find_flat(all);
+        if (!(solve(all, flat_, slope_, &model) && settle(&model))) {
+            flat_ = 3;
             int most = kLeastVoxels - 1;
             PlaneModel best;
             for (const PlaneSums& s : octants) {
-                if (s.w < 8 * simd::kFullWeight || !solve(s, &model)) continue;
+                if (s.w < 8 * simd::kFullWeight || !solve(s, flat_, slope_, &model)) continue;
                 const int votes = count_near(model);
                 if (votes > most) most = votes, best = model;
             }
@@ -109,6 +126,40 @@ class ChunkFit {
     }
 
   private:
+    // Seen aslant, distances grow so fast that a plane between two chunks leaves one layer of voxels within
+    // the truncation in each: the slope across it then comes from the layers at its sides.
+    void find_flat(const PlaneSums& all) {
+        flat_ = 3;
+        if (all.w == 0) return;
+        static constexpr int kSquare[3] = {0, 3, 5};
+        for (int k = 0; k < 3 && flat_ == 3; ++k)
+            if (std::int64_t{all.uu[kSquare[k]]} * all.w == std::int64_t{all.u[k]} * all.u[k]) flat_ = k;
+        if (flat_ == 3) return;
+        const int layer = (all.u[flat_] / all.w + 7) / 2;
+        float steepest = 0;
+        for (int side = -1; side <= 1; side += 2) {
+            const int at = layer + side;
+            Vec3i c = unpack_key(key_);
+            c[flat_] += at >> 3;
+            const std::uint32_t slot = chunk_in_range(c) ? volume_.find(pack_key(c)) : kNoChunk;
+            if (slot == kNoChunk) continue;
+            const ChunkGeometry& beside = volume_.geometry(slot);
+            std::int32_t sum = 0, count = 0;
+            for (int i = 0; i < 512; ++i) {
+                if (!chosen_[i]) continue;
+                const int step = flat_ == 0 ? 1 : flat_ == 1 ? 8 : 64, j = i + ((at & 7) - layer) * step;
+                if (beside.weight[j] < kMinWeight) continue;
+                sum += side * (beside.sdf[j] - chunk_.sdf[i]);
+                ++count;
+            }
+            if (count == 0) continue;
+            // Half, since u counts half voxels. Truncation makes slopes smaller, never larger.
+            const float slope = 0.5f * static_cast<float>(sum) / static_cast<float>(count);
+            if (std::fabs(slope) > std::fabs(steepest)) steepest = slope;
+        }
+        slope_ = steepest;
+    }
+
     static float length(const PlaneModel& m) {
         return std::sqrt((m.a[0] * m.a[0] + m.a[1] * m.a[1]) + m.a[2] * m.a[2]);
     }
@@ -119,8 +170,7 @@ class ChunkFit {
         const float s = stretch(model);
         if (!plausible(s)) return 0;
         simd::plane_residuals(chunk_.sdf, model, residuals_);
-        return simd::tukey_weights(residuals_, chosen_, 2 * kFlat * 32767.0f, weights_) /
-               simd::kFullWeight;
+        return simd::tukey_weights(residuals_, chosen_, 2 * kFlat * 32767.0f, weights_) / simd::kFullWeight;
     }
     // Distances along the optical axis grow by 1 / cos of the angle of view; below 1 only by noise.
     static bool plausible(float s) { return s > 0.6f && s < 5; }
@@ -132,7 +182,8 @@ class ChunkFit {
             if (!plausible(s)) return false;
             simd::plane_residuals(chunk_.sdf, *model, residuals_);
             const float mad = median(residuals_, chosen_, left_, voxel / 64);
-            const float sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel, std::max(kMostSigma * 32767.0f, kLeastSigma * voxel));
+            const float sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel,
+                                           std::max(kMostSigma * 32767.0f, kLeastSigma * voxel));
             cut_ = kTukey * sigma;
             if (simd::tukey_weights(residuals_, chosen_, cut_, weights_) <
                 kLeastVoxels * simd::kFullWeight / 2)
@@ -141,7 +192,7 @@ class ChunkFit {
             simd::sum_octants(chunk_.sdf, weights_, octants);
             sums_ = {};
             for (const PlaneSums& o : octants) sums_ += o;
-            if (!solve(sums_, model)) return false;
+            if (!solve(sums_, flat_, slope_, model)) return false;
         }
         const float s = stretch(*model), voxel = units_per_voxel_ * s;
         if (!plausible(s)) return false;
@@ -229,15 +280,19 @@ class ChunkFit {
             if (!weights_[i]) continue;
             const int at[3] = {i & 7, i >> 3 & 7, i >> 6};
             const float f = std::fabs(static_cast<float>(chunk_.sdf[i]));
-            // Half a voxel along the axis: then the surface passes through this very column and chunk.
-            if (f > 0.5f * voxel * std::fabs(out->normal[out->axis])) continue;
+            // Half a voxel along the axis, and some noise: the surface passes this column in this chunk.
+            if (f > 0.6f * voxel * std::fabs(out->normal[out->axis])) continue;
             const int a = at[out->axis == 0 ? 1 : 0], b = at[out->axis == 2 ? 1 : 2];
             out->cells |= std::uint64_t{1} << (8 * b + a);
         }
     }
 
+    const Volume& volume_;
     const ChunkGeometry& chunk_;
+    ChunkKey key_;
     float units_per_voxel_, voxel_m_;
+    int flat_ = 3;  // the axis along which all chosen voxels are in one layer; 3: none
+    float slope_ = 0;
     int left_ = 0;
     float cut_ = 0, rms_voxels_ = 0;
     PlaneSums sums_;
@@ -259,8 +314,8 @@ Scatter Patch::scatter(Vec3d c) const {
     return s;
 }
 
-int find_candidates(const ChunkGeometry& chunk, const CandidateOptions& options, Patch* out) {
-    ChunkFit fit(chunk, options);
+int find_candidates(const Volume& volume, std::uint32_t slot, Patch* out) {
+    ChunkFit fit(volume, slot);
     int count = 0;
     while (count < kChunkPlanes && fit.left() >= kLeastVoxels && fit.next(out + count)) ++count;
     return count;

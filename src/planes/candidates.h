@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "map/chunk.h"
+#include "map/volume.h"
 #include "planes/scatter.h"
 
 namespace burin {
@@ -29,12 +29,8 @@ struct Patch {
     Scatter scatter(Vec3d centre) const;  // in the world, centre: of the chunk
 };
 
-struct CandidateOptions {
-    float voxel_m, units_to_m;
-    std::uint16_t min_weight = 64;  // one observation: less is the rim of what was seen
-};
-
-// Into out[0 .. kChunkPlanes - 1]; returns how many. They belong to no global plane yet.
-int find_candidates(const ChunkGeometry& chunk, const CandidateOptions& options, Patch* out);
+// Into out[0 .. kChunkPlanes - 1]; returns how many. They belong to no global plane yet. The volume is asked
+// for neighbours where the chunk alone holds a single layer of a plane.
+int find_candidates(const Volume& volume, std::uint32_t slot, Patch* out);
 
 }  // namespace burin

@@ -2,13 +2,14 @@
 #include "planes/plane_layer.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cmath>
+#include <cstdlib>
 
 #include "core/hash.h"
 #include "simd/plane_fit.h"
 
-namespace burin { void debug_planes(const PlaneLayer& l, const Volume& v);
+namespace burin {
+void debug_planes(const PlaneLayer& l, const Volume& v);
 namespace {
 
 constexpr std::uint32_t kSlowTurns =
@@ -58,9 +59,9 @@ Vec3d PlaneLayer::centre_of(ChunkKey key) const {
 // Chunks of a block of 4x4x4 have their turn together, as for meshing (mesh/changes.cpp): neighbours then see
 // the same planes. Free space has none.
 std::uint32_t PlaneLayer::list_due(const Volume& volume, std::uint64_t frame) {
-    // Only chunks with surface hold planes. A voxel beside it is within half a voxel of it along the normal, and the
-    // distances are stretched where the view was slanted.
-    const float near = 1.25f * shape_.voxel_m / volume.units_to_m();
+    // Only chunks with surface hold planes. A voxel beside it is within half a voxel of it along the normal,
+    // and the distances are stretched where the view was slanted.
+    const float near = 1.75f * shape_.voxel_m / volume.units_to_m();
     const std::uint64_t interval = options_.interval, slow = interval * kSlowTurns;
     std::uint32_t count = 0;
     for (std::uint32_t slot = 0; slot < volume.live(); ++slot) {
@@ -90,7 +91,6 @@ void PlaneLayer::update(Volume& volume, std::uint64_t frame, Jobs& jobs) {
 }
 
 void PlaneLayer::process(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs) {
-    const CandidateOptions candidates{shape_.voxel_m, volume.units_to_m()};
     for (std::uint32_t first = 0; first < count; first += kBatch) {
         const std::uint32_t some = std::min(kBatch, count - first);
         constexpr int kPerItem = 8;  // chunks a step of the job counter, some 40 us
@@ -102,8 +102,7 @@ void PlaneLayer::process(Volume& volume, const std::uint32_t* slots, std::uint32
                 work.slot = slots[first + i];
                 work.found = -1;
                 if (!(volume.flags(work.slot) & kChunkUnfitted)) continue;
-                work.found = static_cast<std::int8_t>(
-                    find_candidates(volume.geometry(work.slot), candidates, work.patch));
+                work.found = static_cast<std::int8_t>(find_candidates(volume, work.slot, work.patch));
             }
         });
         for (std::uint32_t i = 0; i < some; ++i) assign(volume, work_[i]);
@@ -451,11 +450,36 @@ int PlaneLayer::seed(int tries) {
 
 }  // namespace burin
 #include <cstdio>
-namespace burin { void debug_planes(const PlaneLayer& l, const Volume& v) {
- long by[3]={},asg[3]={}; double area[3]={}; 
- for (std::uint32_t e=0;e<l.overlay().count();++e) for(int i=0;i<l.chunk(e).count;++i){ const Patch&p=l.chunk(e).patch[i]; by[p.axis]++; asg[p.axis]+=p.plane!=kNoPlane; area[p.axis]+=patch_area(p,0.005);} 
- std::printf("entries %u of %u dropped %lu live %u; candidates %ld %ld %ld assigned %ld %ld %ld area %.2f %.2f %.2f\n", l.overlay().count(), l.overlay().capacity(), l.dropped(), v.live(), by[0],by[1],by[2],asg[0],asg[1],asg[2],area[0],area[1],area[2]);
- CandidateOptions o{v.voxel_m(), v.units_to_m()}; Patch out[3]; long n0=0,n1=0,near=0;
- for (std::uint32_t s=0;s<v.live();++s){ if (v.least_distance(s)>3*v.voxel_m()/v.units_to_m()) continue; ++near; int n=find_candidates(v.geometry(s),o,out); (n?n1:n0)++; }
- std::printf("near %ld with %ld without %ld\n",near,n1,n0);
- for (unsigned i=0;i<l.set().used();++i) { auto&p=l.set().at(i); if(p.id) std::printf("id %u patches %u area %.3f n %.2f %.2f %.2f rms %.1f\n",p.id,p.patches,p.area_m2,p.normal.x,p.normal.y,p.normal.z,p.rms_m()*1e3);} } }
+namespace burin {
+void debug_planes(const PlaneLayer& l, const Volume& v) {
+    long by[3] = {}, asg[3] = {};
+    double area[3] = {};
+    for (std::uint32_t e = 0; e < l.overlay().count(); ++e)
+        for (int i = 0; i < l.chunk(e).count; ++i) {
+            const Patch& p = l.chunk(e).patch[i];
+            by[p.axis]++;
+            asg[p.axis] += p.plane != kNoPlane;
+            area[p.axis] += patch_area(p, 0.005);
+        }
+    std::printf(
+        "entries %u of %u dropped %lu live %u; candidates %ld %ld %ld assigned %ld %ld %ld area %.2f %.2f "
+        "%.2f\n",
+        l.overlay().count(), l.overlay().capacity(), l.dropped(), v.live(), by[0], by[1], by[2], asg[0],
+        asg[1], asg[2], area[0], area[1], area[2]);
+    Patch out[3];
+    long n0 = 0, n1 = 0, near = 0;
+    for (std::uint32_t s = 0; s < v.live(); ++s) {
+        if (v.least_distance(s) > 3 * v.voxel_m() / v.units_to_m()) continue;
+        ++near;
+        int n = find_candidates(v, s, out);
+        (n ? n1 : n0)++;
+    }
+    std::printf("near %ld with %ld without %ld\n", near, n1, n0);
+    for (unsigned i = 0; i < l.set().used(); ++i) {
+        auto& p = l.set().at(i);
+        if (p.id)
+            std::printf("id %u patches %u area %.3f n %.2f %.2f %.2f rms %.1f\n", p.id, p.patches, p.area_m2,
+                        p.normal.x, p.normal.y, p.normal.z, p.rms_m() * 1e3);
+    }
+}
+}  // namespace burin
