@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: MIT
 // burin eval planes: found planes, and the meshes they changed, against a rendered scene's truth.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <memory>
 #include <thread>
 
 #include "cli/common.h"
+#include "core/jobs.h"
+#include "datasets/synthetic/scene.h"
 #include "eval/plane_metrics.h"
+#include "eval/plane_surface.h"
+#include "export/ply.h"
 
 namespace burin::cli {
 namespace {
@@ -14,6 +21,8 @@ namespace {
 struct PlanesEvalOptions {
     std::string estimate, truth;
     PlaneMatchOptions match;
+    double voxel_m = 0.005;
+    unsigned threads = std::max(1u, std::thread::hardware_concurrency());
     bool json = false, verbose = false;
 };
 
@@ -93,6 +102,145 @@ void print(const PlaneMatches& m, const std::vector<LabelledPlane>& found,
     }
 }
 
+nlohmann::json json_of(const CompletionFigures& c) {
+    return {{"open_m2", c.open_m2},
+            {"missing_m2", c.missing_m2},
+            {"closed_m2", c.closed_m2},
+            {"holes_m2", c.holes_m2},
+            {"closed_holes_m2", c.closed_holes_m2},
+            {"filled_m2", c.filled_m2},
+            {"hidden_m2", c.hidden_m2},
+            {"false_m2", c.false_m2}};
+}
+
+nlohmann::json json_of(const FlatnessFigures& f) {
+    return {{"plane_vertices", f.plane_vertices},
+            {"plane_rms_m", f.plane_rms_m},
+            {"other_vertices", f.other_vertices},
+            {"other_mean_m", f.other_mean_m}};
+}
+
+// Share in per cent; of nothing, 0.
+double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
+
+void print(const char* what, const FlatnessFigures& f) {
+    std::printf("%-10s  planes rms %.4f mm of %lld vertices  else mean %.4f mm of %lld\n", what,
+                1e3 * f.plane_rms_m, static_cast<long long>(f.plane_vertices), 1e3 * f.other_mean_m,
+                static_cast<long long>(f.other_vertices));
+}
+
+void print(const CompletionFigures& c) {
+    std::printf("completion  holes %.4f m2, closed %.2f %%  missing %.4f of %.3f m2, closed %.2f %%\n",
+                c.holes_m2, percent(c.closed_holes_m2, c.holes_m2), c.missing_m2, c.open_m2,
+                percent(c.closed_m2, c.missing_m2));
+    std::printf("            filled %.4f m2, hidden %.4f, false %.4f (%.3f %%)\n", c.filled_m2, c.hidden_m2,
+                c.false_m2, percent(c.false_m2, c.filled_m2));
+}
+
+constexpr std::uint8_t kJudgedLabels[] = {2, 1, 3, 4};  // floor wall ceiling table: what the issue names
+
+nlohmann::json json_of(const LabelFigures& l) {
+    nlohmann::json out;
+    for (const std::uint8_t label : kJudgedLabels)
+        out[label_name(label)] = {{"recall", LabelFigures::recall(l.surface_m2, label)},
+                                  {"precision", LabelFigures::precision(l.surface_m2, label)},
+                                  {"plane_recall", LabelFigures::recall(l.plane_m2, label)},
+                                  {"plane_precision", LabelFigures::precision(l.plane_m2, label)}};
+    out["surface_m2"] = l.surface_m2;
+    out["plane_m2"] = l.plane_m2;
+    return out;
+}
+
+void print(const LabelFigures& l) {
+    for (const std::uint8_t label : kJudgedLabels) {
+        double area = 0, on_planes = 0;
+        for (const double a : l.surface_m2[label]) area += a;
+        for (const double a : l.plane_m2[label]) on_planes += a;
+        std::printf(
+            "%-10s  on planes %.3f m2, right %.2f %%, precision %.2f %%  all %.3f m2, right %.2f %%, "
+            "precision %.2f %%\n",
+            label_name(label), on_planes, 100 * LabelFigures::recall(l.plane_m2, label),
+            100 * LabelFigures::precision(l.plane_m2, label), area,
+            100 * LabelFigures::recall(l.surface_m2, label),
+            100 * LabelFigures::precision(l.surface_m2, label));
+    }
+}
+
+// One line a true plane that counts.
+void print_planes(const PlaneTruth& truth, double min_area_m2, const FlatnessFigures* raw,
+                  const FlatnessFigures& flat, const CompletionFigures& c) {
+    std::printf("  plane  label       open  missing   closed    holes   closed m2   raw mm  flat mm\n");
+    for (std::size_t t = 0; t < truth.planes.size(); ++t) {
+        const LabelledPlane& p = truth.planes[t];
+        if (p.seen_area_m2 < min_area_m2) continue;
+        const CompletionFigures& own = c.planes[t];
+        std::printf("  %5d  %-7s %8.3f %8.3f %8.3f %8.3f %8.3f    %8.3f %8.3f\n", p.id, label_name(p.label),
+                    own.open_m2, own.missing_m2, own.closed_m2, own.holes_m2, own.closed_holes_m2,
+                    raw ? 1e3 * raw->rms_m[t] : 0.0, 1e3 * flat.rms_m[t]);
+    }
+}
+
+// The scene that a sequence was rendered from.
+Result<std::unique_ptr<SyntheticScene>> scene_of(const std::string& sequence) {
+    const std::string path = sequence + "/truth/scene.json";
+    std::ifstream file(path);
+    if (!file)
+        return Status::error(Code::io, "%s: cannot read (is this a sequence of burin synth?)", path.c_str());
+    const auto json = nlohmann::json::parse(file, nullptr, false);
+    if (!json.is_object() || !json.contains("scene") || !json["scene"].is_string() ||
+        !json.contains("seed") || !json["seed"].is_number_unsigned())
+        return Status::error(Code::format, "%s: expected an object with \"scene\" and \"seed\"",
+                             path.c_str());
+    return make_scene(json["scene"].get<std::string>(), json["seed"].get<std::uint64_t>());
+}
+
+// What the meshes of the estimate say; prints unless json.
+Status measure_meshes(const PlanesEvalOptions& o, const std::vector<LabelledPlane>& planes, Jobs& jobs,
+                      nlohmann::json* json) {
+    const std::string mesh_path = o.estimate + "/mesh.ply", raw_path = o.estimate + "/raw.ply";
+    if (!std::filesystem::is_regular_file(mesh_path)) return {};
+    const auto mesh = read_ply(mesh_path);
+    if (!mesh.ok()) return mesh.status();
+    Result<TriangleMesh> raw = TriangleMesh{};
+    const bool has_raw = std::filesystem::is_regular_file(raw_path);
+    if (has_raw) raw = read_ply(raw_path);
+    if (!raw.ok()) return raw.status();
+    const auto scene = scene_of(o.truth);
+    if (!scene.ok()) return scene.status();
+    PlaneTruth truth;
+    truth.planes = planes;
+    truth.distance_m = [&](Vec3d p) { return (*scene)->distance(p); };
+    truth.surface_distance_m = [&](Vec3d p) { return (*scene)->surface_distance(p); };
+    truth.label = [&](Vec3d p) { return (*scene)->label(p); };
+    PlaneExtentOptions grid;
+    grid.voxel_m = o.voxel_m;
+    const PlaneExtents extents(truth, grid, jobs);
+    PlaneSurfaceOptions options;
+    options.min_area_m2 = o.match.min_area_m2;
+
+    FlatnessFigures before;
+    if (has_raw) before = measure_flatness(*raw, truth, extents, options, jobs);
+    const FlatnessFigures after = measure_flatness(*mesh, truth, extents, options, jobs);
+    const CompletionFigures closed =
+        measure_completion(has_raw ? *raw : *mesh, *mesh, truth, extents, options, jobs);
+    const LabelFigures labels = measure_labels(*mesh, truth, extents, options, jobs);
+    if (has_raw) (*json)["raw"] = json_of(before);
+    (*json)["flattened"] = json_of(after);
+    (*json)["completion"] = json_of(closed);
+    if (!mesh->labels.empty()) (*json)["labels"] = json_of(labels);
+    if (o.json) return {};
+    if (has_raw) print("raw", before);
+    print("flattened", after);
+    if (has_raw)
+        std::printf("            planes rms %.2f of raw, else mean %+.2f %%\n",
+                    before.plane_rms_m > 0 ? after.plane_rms_m / before.plane_rms_m : 0.0,
+                    percent(after.other_mean_m - before.other_mean_m, before.other_mean_m));
+    print(closed);
+    if (!mesh->labels.empty()) print(labels);
+    if (o.verbose) print_planes(truth, options.min_area_m2, has_raw ? &before : nullptr, after, closed);
+    return {};
+}
+
 int run_planes(const PlanesEvalOptions& o) {
     const auto found = read_planes(planes_file(o.estimate));
     if (!found.ok()) return complain_input(found.status());
@@ -100,10 +248,12 @@ int run_planes(const PlanesEvalOptions& o) {
     if (!truth.ok()) return complain_input(truth.status());
     const PlaneMatches matches = match_planes(*found, *truth, o.match);
     nlohmann::json out = {{"planes", json_of(matches, *found, *truth)}};
-    if (o.json)
-        std::printf("%s\n", out.dump().c_str());
-    else
-        print(matches, *found, *truth, o.verbose);
+    if (!o.json) print(matches, *found, *truth, o.verbose);
+    Jobs jobs(static_cast<int>(o.threads));
+    if (std::filesystem::is_directory(o.estimate) && std::filesystem::is_directory(o.truth))
+        if (const Status status = measure_meshes(o, *truth, jobs, &out); !status.ok())
+            return complain_input(status);
+    if (o.json) std::printf("%s\n", out.dump().c_str());
     return kDone;
 }
 
@@ -124,6 +274,10 @@ void add_eval_planes(CLI::App& eval, int* exit) {
     planes->add_option("--max-offset", p->match.max_offset_m, "between planes of a match, metres")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
+    planes->add_option("--voxel", p->voxel_m, "of the map that the meshes are of, metres")
+        ->check(CLI::Range(0.001, 0.1))
+        ->capture_default_str();
+    planes->add_option("--threads", p->threads, "worker threads")->capture_default_str();
     planes->add_flag("--verbose", p->verbose, "one line a plane");
     planes->add_flag("--json", p->json, "one JSON object");
     planes->callback([p, exit] { *exit = run_planes(*p); });
