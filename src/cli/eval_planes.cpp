@@ -214,16 +214,16 @@ Status measure_meshes(const PlanesEvalOptions& o, const std::vector<LabelledPlan
     truth.label = [&](Vec3d p) { return (*scene)->label(p); };
     PlaneExtentOptions grid;
     grid.voxel_m = o.voxel_m;
+    grid.min_area_m2 = o.match.min_area_m2;
     const PlaneExtents extents(truth, grid, jobs);
-    PlaneSurfaceOptions options;
-    options.min_area_m2 = o.match.min_area_m2;
+    const PlaneSurfaceOptions options;
 
     FlatnessFigures before;
     if (has_raw) before = measure_flatness(*raw, truth, extents, options, jobs);
     const FlatnessFigures after = measure_flatness(*mesh, truth, extents, options, jobs);
     const CompletionFigures closed =
         measure_completion(has_raw ? *raw : *mesh, *mesh, truth, extents, options, jobs);
-    const LabelFigures labels = measure_labels(*mesh, truth, extents, options, jobs);
+    const LabelFigures labels = measure_labels(*mesh, truth, extents, jobs);
     if (has_raw) (*json)["raw"] = json_of(before);
     (*json)["flattened"] = json_of(after);
     (*json)["completion"] = json_of(closed);
@@ -237,7 +237,7 @@ Status measure_meshes(const PlanesEvalOptions& o, const std::vector<LabelledPlan
                     percent(after.other_mean_m - before.other_mean_m, before.other_mean_m));
     print(closed);
     if (!mesh->labels.empty()) print(labels);
-    if (o.verbose) print_planes(truth, options.min_area_m2, has_raw ? &before : nullptr, after, closed);
+    if (o.verbose) print_planes(truth, grid.min_area_m2, has_raw ? &before : nullptr, after, closed);
     return {};
 }
 

@@ -36,8 +36,7 @@ void for_faces(const TriangleMesh& mesh, Jobs& jobs, const Body& body) {
 // up to `along`(distance from the plane) along it.
 template <class Along>
 Cells touched(const TriangleMesh& mesh, bool also_filled, const PlaneTruth& truth,
-              const PlaneExtents& extents, double min_area_m2, double across, const Along& along,
-              Jobs& jobs) {
+              const PlaneExtents& extents, double across, const Along& along, Jobs& jobs) {
     Cells out(extents.size());
     for (std::size_t t = 0; t < extents.size(); ++t) out[t].assign(extents[t].cells.size(), 0);
     // Parts of faces no longer than a voxel lie closer to any point of the face than missing_voxels is long.
@@ -48,7 +47,7 @@ Cells touched(const TriangleMesh& mesh, bool also_filled, const PlaneTruth& trut
         for_parts(f.a, f.b, f.c, spacing, [&](Vec3d p, double) {
             for (const std::uint32_t t : extents.near(p)) {
                 const LabelledPlane& plane = truth.planes[t];
-                if (plane.seen_area_m2 < min_area_m2) continue;
+                if (!extents.counts(t)) continue;
                 const double d = std::fabs(dot(plane.normal, p) + plane.offset);
                 if (!(d < across)) continue;
                 const PlaneRaster& cells = extents[t].cells;
@@ -135,15 +134,13 @@ CompletionFigures measure_completion(const TriangleMesh& seen, const TriangleMes
                                      const PlaneSurfaceOptions& options, Jobs& jobs) {
     const double reach = options.missing_voxels * extents.options().voxel_m;
     const Cells there = touched(
-        seen, false, truth, extents, options.min_area_m2, reach,
-        [&](double d) { return std::sqrt(reach * reach - d * d); }, jobs);
+        seen, false, truth, extents, reach, [&](double d) { return std::sqrt(reach * reach - d * d); }, jobs);
     const Cells closed = touched(
-        completed, true, truth, extents, options.min_area_m2, options.max_error_m,
-        [&](double) { return reach; }, jobs);
+        completed, true, truth, extents, options.max_error_m, [&](double) { return reach; }, jobs);
     CompletionFigures out;
     for (std::size_t t = 0; t < extents.size(); ++t) {
         out.planes.emplace_back();
-        if (truth.planes[t].seen_area_m2 < options.min_area_m2) continue;
+        if (!extents.counts(t)) continue;
         const CompletionFigures plane = out.planes.back() = count_plane(extents[t], there[t], closed[t]);
         out.open_m2 += plane.open_m2;
         out.missing_m2 += plane.missing_m2;

@@ -26,6 +26,8 @@ PlaneExtents::PlaneExtents(const PlaneTruth& truth, const PlaneExtentOptions& op
         e.cells = PlaneRaster(planes_[t].normal, planes_[t].offset, planes_[t].rings, options.cell_m);
         e.open.assign(e.cells.size(), 0);
         e.flat.assign(e.cells.size(), 0);
+        index(t);
+        if (!counts(t)) continue;
         std::vector<std::uint8_t> clear(e.cells.size(), 0);
         const Vec3d n = planes_[t].normal;
         const auto w = static_cast<std::size_t>(e.cells.width());
@@ -59,7 +61,6 @@ PlaneExtents::PlaneExtents(const PlaneTruth& truth, const PlaneExtentOptions& op
                 e.flat[static_cast<std::size_t>(j) * w + static_cast<std::size_t>(i)] = flat;
             }
         });
-        index(t);
     }
 }
 

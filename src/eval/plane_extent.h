@@ -24,6 +24,7 @@ struct PlaneTruth {
 };
 
 struct PlaneExtentOptions {
+    double min_area_m2 = 0.25;  // true planes of which less was seen do not count: no cell of them is open
     double voxel_m = 0.005;
     double cell_m = 0.01;
     double flat_margin_voxels = 3;  // from a flat cell to the outline, and to any other surface
@@ -46,6 +47,8 @@ class PlaneExtents {
     std::size_t size() const { return extents_.size(); }
     const PlaneExtentOptions& options() const { return options_; }
     double near_m() const { return options_.near_voxels * options_.voxel_m; }
+
+    bool counts(std::size_t plane) const { return planes_[plane].seen_area_m2 >= options_.min_area_m2; }
 
     // The planes whose outline may lie within near_m() of a point.
     const std::vector<std::uint32_t>& near(Vec3d p) const;

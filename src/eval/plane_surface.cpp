@@ -33,8 +33,8 @@ FlatnessFigures measure_flatness(const TriangleMesh& mesh, const PlaneTruth& tru
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         if (is_filled(mesh, i))
             for (const std::uint32_t v : mesh.triangles[i]) skip[v] = 1;
-    const auto accept = [&](const PlaneExtent& e, std::uint32_t plane, std::size_t cell) {
-        return e.flat[cell] && truth.planes[plane].seen_area_m2 >= options.min_area_m2;
+    const auto accept = [](const PlaneExtent& e, std::uint32_t, std::size_t cell) {
+        return e.flat[cell] != 0;
     };
     std::vector<int> plane(mesh.positions.size(), -1);
     std::vector<double> distance(mesh.positions.size(), 0);
@@ -89,7 +89,7 @@ double LabelFigures::precision(const Table& table, std::uint8_t label) {
 }
 
 LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, const PlaneExtents& extents,
-                            const PlaneSurfaceOptions& options, Jobs& jobs) {
+                            Jobs& jobs) {
     LabelFigures none;
     if (mesh.labels.empty()) return none;
     const int count = batches(mesh.triangles.size());
@@ -111,8 +111,7 @@ LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, c
             const auto accept = [&](const PlaneExtent& e, std::uint32_t plane, std::size_t cell) {
                 const LabelledPlane& p = truth.planes[plane];
                 // cos 45 degrees: surface of an edge or of something on the plane faces elsewhere.
-                return e.open[cell] && p.seen_area_m2 >= options.min_area_m2 &&
-                       dot(twice, p.normal) > 0.7071 * 2 * area;
+                return e.open[cell] && dot(twice, p.normal) > 0.7071 * 2 * area;
             };
             double distance = 0;
             const int plane = extents.plane_at(centre, accept, &distance);

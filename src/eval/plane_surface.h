@@ -14,7 +14,6 @@
 namespace burin {
 
 struct PlaneSurfaceOptions {
-    double min_area_m2 = 0.25;      // planes of which less was seen are not counted
     double missing_voxels = 1.5;    // surface farther from a point than this is not there
     double max_error_m = 0.005;     // of completed surface
     int distance_samples = 300000;  // vertices off the planes whose distance is measured, evenly spread
@@ -63,6 +62,6 @@ struct LabelFigures {
     static double precision(const Table& table, std::uint8_t label);
 };
 LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, const PlaneExtents& extents,
-                            const PlaneSurfaceOptions& options, Jobs& jobs);
+                            Jobs& jobs);
 
 }  // namespace burin
