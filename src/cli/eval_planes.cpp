@@ -10,8 +10,11 @@
 
 #include "cli/common.h"
 #include "core/jobs.h"
+#include "datasets/open.h"
 #include "datasets/synthetic/scene.h"
+#include "datasets/trajectory_file.h"
 #include "eval/plane_metrics.h"
+#include "eval/plane_objects.h"
 #include "eval/plane_surface.h"
 #include "export/ply.h"
 
@@ -212,10 +215,10 @@ Status measure_meshes(const PlanesEvalOptions& o, const std::vector<LabelledPlan
     truth.distance_m = [&](Vec3d p) { return (*scene)->distance(p); };
     truth.surface_distance_m = [&](Vec3d p) { return (*scene)->surface_distance(p); };
     truth.label = [&](Vec3d p) { return (*scene)->label(p); };
-    PlaneExtentOptions grid;
+    TrueExtentOptions grid;
     grid.voxel_m = o.voxel_m;
     grid.min_area_m2 = o.match.min_area_m2;
-    const PlaneExtents extents(truth, grid, jobs);
+    const TrueExtents extents(truth, grid, jobs);
     const PlaneSurfaceOptions options;
 
     FlatnessFigures before;
@@ -241,6 +244,46 @@ Status measure_meshes(const PlanesEvalOptions& o, const std::vector<LabelledPlan
     return {};
 }
 
+// Objects against the things that the sequence's cameras saw.
+Status measure_objects(const PlanesEvalOptions& o, Jobs& jobs, nlohmann::json* json) {
+    const std::string path = o.estimate + "/objects.json";
+    if (!std::filesystem::is_regular_file(path)) return {};
+    const auto found = read_objects(path);
+    if (!found.ok()) return found.status();
+    const auto scene = scene_of(o.truth);
+    if (!scene.ok()) return scene.status();
+    const auto poses = read_tum_trajectory(o.truth + "/groundtruth.txt");
+    if (!poses.ok()) return poses.status();
+    const auto dataset = open_dataset(o.truth, "");
+    if (!dataset.ok()) return dataset.status();
+    Frame first;
+    BURIN_TRY((*dataset)->load(0, &first));
+    const auto truth = true_objects(**scene, first.depth_camera, *poses, {}, jobs);
+    if (!truth.ok()) return truth.status();
+    constexpr double kMinIou = 0.5;
+    const ObjectMatches m = match_objects(*found, *truth, kMinIou);
+    (*json)["objects"] = {{"true", truth->size()},     {"found", found->size()},
+                          {"recall", m.recall},        {"precision", m.precision},
+                          {"missed", m.missed.size()}, {"false", m.invented.size()}};
+    if (o.json) return {};
+    std::printf("objects     recall %.2f %% of %zu  precision %.2f %% of %zu\n", 100 * m.recall,
+                truth->size(), 100 * m.precision, found->size());
+    if (!o.verbose) return {};
+    const auto line = [&](const char* what, const ObjectMatches::Pair& p) {
+        for (const auto& [list, index] : {std::pair{&*truth, p.truth}, std::pair{&*found, p.found}}) {
+            if (index < 0) continue;
+            const ObjectBounds& b = (*list)[static_cast<std::size_t>(index)];
+            std::printf("  %-6s %-5s %4d  (%.3f %.3f %.3f) to (%.3f %.3f %.3f)  IoU %.3f  %s\n", what,
+                        list == &*truth ? "true" : "found", b.id, b.low.x, b.low.y, b.low.z, b.high.x,
+                        b.high.y, b.high.z, p.iou, b.name.c_str());
+        }
+    };
+    for (const auto& p : m.pairs) line("pair", p);
+    for (const auto& p : m.missed) line("missed", p);
+    for (const auto& p : m.invented) line("false", p);
+    return {};
+}
+
 int run_planes(const PlanesEvalOptions& o) {
     const auto found = read_planes(planes_file(o.estimate));
     if (!found.ok()) return complain_input(found.status());
@@ -250,9 +293,11 @@ int run_planes(const PlanesEvalOptions& o) {
     nlohmann::json out = {{"planes", json_of(matches, *found, *truth)}};
     if (!o.json) print(matches, *found, *truth, o.verbose);
     Jobs jobs(static_cast<int>(o.threads));
-    if (std::filesystem::is_directory(o.estimate) && std::filesystem::is_directory(o.truth))
+    if (std::filesystem::is_directory(o.estimate) && std::filesystem::is_directory(o.truth)) {
         if (const Status status = measure_meshes(o, *truth, jobs, &out); !status.ok())
             return complain_input(status);
+        if (const Status status = measure_objects(o, jobs, &out); !status.ok()) return complain_input(status);
+    }
     if (o.json) std::printf("%s\n", out.dump().c_str());
     return kDone;
 }

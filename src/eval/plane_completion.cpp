@@ -35,8 +35,8 @@ void for_faces(const TriangleMesh& mesh, Jobs& jobs, const Body& body) {
 // Sets the cells of every plane that counts whose centre is near a face: up to `across` from the plane, and
 // up to `along`(distance from the plane) along it.
 template <class Along>
-Cells touched(const TriangleMesh& mesh, bool also_filled, const PlaneTruth& truth,
-              const PlaneExtents& extents, double across, const Along& along, Jobs& jobs) {
+Cells touched(const TriangleMesh& mesh, bool also_filled, const PlaneTruth& truth, const TrueExtents& extents,
+              double across, const Along& along, Jobs& jobs) {
     Cells out(extents.size());
     for (std::size_t t = 0; t < extents.size(); ++t) out[t].assign(extents[t].cells.size(), 0);
     // Parts of faces no longer than a voxel lie closer to any point of the face than missing_voxels is long.
@@ -70,7 +70,7 @@ Cells touched(const TriangleMesh& mesh, bool also_filled, const PlaneTruth& trut
     return out;
 }
 
-CompletionFigures count_plane(const PlaneExtent& e, const std::vector<std::uint8_t>& seen,
+CompletionFigures count_plane(const TrueExtent& e, const std::vector<std::uint8_t>& seen,
                               const std::vector<std::uint8_t>& closed) {
     CompletionFigures out;
     std::vector<std::uint8_t> present(seen.size(), 0);
@@ -91,9 +91,9 @@ CompletionFigures count_plane(const PlaneExtent& e, const std::vector<std::uint8
 }
 
 // Whether a point of filled surface lies on a true plane where it runs inside a solid.
-bool is_hidden(Vec3d p, const PlaneTruth& truth, const PlaneExtents& extents, double max_error_m) {
+bool is_hidden(Vec3d p, const PlaneTruth& truth, const TrueExtents& extents, double max_error_m) {
     double distance = 0;
-    const auto accept = [](const PlaneExtent& e, std::uint32_t, std::size_t cell) {
+    const auto accept = [](const TrueExtent& e, std::uint32_t, std::size_t cell) {
         return e.cells.inside(cell);
     };
     const int plane = extents.plane_at(p, accept, &distance);
@@ -104,7 +104,7 @@ bool is_hidden(Vec3d p, const PlaneTruth& truth, const PlaneExtents& extents, do
     return truth.distance_m(p + n * (2 * max_error_m - distance)) < 0;
 }
 
-void count_filled(const TriangleMesh& mesh, const PlaneTruth& truth, const PlaneExtents& extents,
+void count_filled(const TriangleMesh& mesh, const PlaneTruth& truth, const TrueExtents& extents,
                   const PlaneSurfaceOptions& options, Jobs& jobs, CompletionFigures* out) {
     if (mesh.filled.empty()) return;
     std::vector<CompletionFigures> parts((mesh.triangles.size() + kBatch - 1) / kBatch);
@@ -130,7 +130,7 @@ void count_filled(const TriangleMesh& mesh, const PlaneTruth& truth, const Plane
 }  // namespace
 
 CompletionFigures measure_completion(const TriangleMesh& seen, const TriangleMesh& completed,
-                                     const PlaneTruth& truth, const PlaneExtents& extents,
+                                     const PlaneTruth& truth, const TrueExtents& extents,
                                      const PlaneSurfaceOptions& options, Jobs& jobs) {
     const double reach = options.missing_voxels * extents.options().voxel_m;
     const Cells there = touched(

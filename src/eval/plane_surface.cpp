@@ -27,13 +27,12 @@ bool is_filled(const TriangleMesh& mesh, std::size_t face) {
 }  // namespace
 
 FlatnessFigures measure_flatness(const TriangleMesh& mesh, const PlaneTruth& truth,
-                                 const PlaneExtents& extents, const PlaneSurfaceOptions& options,
-                                 Jobs& jobs) {
+                                 const TrueExtents& extents, const PlaneSurfaceOptions& options, Jobs& jobs) {
     std::vector<std::uint8_t> skip(mesh.positions.size(), 0);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         if (is_filled(mesh, i))
             for (const std::uint32_t v : mesh.triangles[i]) skip[v] = 1;
-    const auto accept = [](const PlaneExtent& e, std::uint32_t, std::size_t cell) {
+    const auto accept = [](const TrueExtent& e, std::uint32_t, std::size_t cell) {
         return e.flat[cell] != 0;
     };
     std::vector<int> plane(mesh.positions.size(), -1);
@@ -88,7 +87,7 @@ double LabelFigures::precision(const Table& table, std::uint8_t label) {
     return all > 0 ? table[label][label] / all : 1;
 }
 
-LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, const PlaneExtents& extents,
+LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, const TrueExtents& extents,
                             Jobs& jobs) {
     LabelFigures none;
     if (mesh.labels.empty()) return none;
@@ -108,7 +107,7 @@ LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, c
             if (!(area > 0)) continue;
             const std::uint8_t given = mesh.labels[i] < 8 ? mesh.labels[i] : 0;
             out.surface_m2[truth.label(centre) & 7][given] += area;
-            const auto accept = [&](const PlaneExtent& e, std::uint32_t plane, std::size_t cell) {
+            const auto accept = [&](const TrueExtent& e, std::uint32_t plane, std::size_t cell) {
                 const LabelledPlane& p = truth.planes[plane];
                 // cos 45 degrees: surface of an edge or of something on the plane faces elsewhere.
                 return e.open[cell] && dot(twice, p.normal) > 0.7071 * 2 * area;

@@ -9,7 +9,7 @@
 
 #include "core/jobs.h"
 #include "core/triangle_mesh.h"
-#include "eval/plane_extent.h"
+#include "eval/plane_truth.h"
 
 namespace burin {
 
@@ -19,7 +19,7 @@ struct PlaneSurfaceOptions {
     int distance_samples = 300000;  // vertices off the planes whose distance is measured, evenly spread
 };
 
-// De-noising. A vertex lies on a plane when its foot is in a flat cell (plane_extent.h) of a plane that
+// De-noising. A vertex lies on a plane when its foot is in a flat cell (plane_truth.h) of a plane that
 // counts and the plane is within near_voxels; it is measured against that plane. All others, near edges,
 // curved surface, small planes, are measured against the true surface. Vertices of filled faces count as
 // neither.
@@ -30,7 +30,7 @@ struct FlatnessFigures {
     std::vector<std::int64_t> vertices;  // of every plane
 };
 FlatnessFigures measure_flatness(const TriangleMesh& mesh, const PlaneTruth& truth,
-                                 const PlaneExtents& extents, const PlaneSurfaceOptions& options, Jobs& jobs);
+                                 const TrueExtents& extents, const PlaneSurfaceOptions& options, Jobs& jobs);
 
 // Completion. Of every true plane that counts: its open cells; of these the missing ones, from which no seen
 // face is within missing_voxels; of these the closed ones, to which some face of the completed mesh is nearer
@@ -48,7 +48,7 @@ struct CompletionFigures {
 };
 // seen: the mesh without planes, or the completed one again, whose filled faces are then left out.
 CompletionFigures measure_completion(const TriangleMesh& seen, const TriangleMesh& completed,
-                                     const PlaneTruth& truth, const PlaneExtents& extents,
+                                     const PlaneTruth& truth, const TrueExtents& extents,
                                      const PlaneSurfaceOptions& options, Jobs& jobs);
 
 // Labels. Area of the faces that are not filled, by true and given label: of all, by the surface nearest to
@@ -61,7 +61,7 @@ struct LabelFigures {
     static double recall(const Table& table, std::uint8_t label);
     static double precision(const Table& table, std::uint8_t label);
 };
-LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, const PlaneExtents& extents,
+LabelFigures measure_labels(const TriangleMesh& mesh, const PlaneTruth& truth, const TrueExtents& extents,
                             Jobs& jobs);
 
 }  // namespace burin

@@ -68,7 +68,7 @@ TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
     return a;
 }
 
-double area_of(const PlaneExtent& e, const std::vector<std::uint8_t>& cells) {
+double area_of(const TrueExtent& e, const std::vector<std::uint8_t>& cells) {
     return static_cast<double>(std::count(cells.begin(), cells.end(), 1)) * e.cells.cell_area_m2();
 }
 
@@ -76,7 +76,7 @@ class PlaneMeshes : public ::testing::Test {
   protected:
     Jobs jobs{2};
     PlaneTruth truth = floor_and_box();
-    PlaneExtents extents{truth, {}, jobs};
+    TrueExtents extents{truth, {}, jobs};
     PlaneSurfaceOptions options;
 };
 
@@ -117,9 +117,9 @@ TEST_F(PlaneMeshes, FlatVerticesAreMeasuredAgainstTheirPlane) {
     const FlatnessFigures far = measure_flatness(mesh, truth, extents, options, jobs);
     EXPECT_EQ(far.plane_vertices, 0);
     EXPECT_NEAR(far.other_mean_m, 0.5 * (0.05 + 0.002), 1e-7);
-    PlaneExtentOptions small;
+    TrueExtentOptions small;
     small.min_area_m2 = 0.01;
-    const PlaneExtents both(truth, small, jobs);
+    const TrueExtents both(truth, small, jobs);
     EXPECT_NEAR(area_of(both[1], both[1].open), 0.04, 1e-9);
     EXPECT_EQ(measure_flatness(mesh, truth, both, options, jobs).vertices[1], 11 * 11);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "eval/plane_extent.h"
+#include "eval/plane_truth.h"
 
 #include <algorithm>
 
@@ -18,11 +18,11 @@ std::uint64_t cube_key(double x, double y, double z) {
 
 }  // namespace
 
-PlaneExtents::PlaneExtents(const PlaneTruth& truth, const PlaneExtentOptions& options, Jobs& jobs)
+TrueExtents::TrueExtents(const PlaneTruth& truth, const TrueExtentOptions& options, Jobs& jobs)
     : options_(options), planes_(truth.planes), extents_(truth.planes.size()) {
     // A few planes are nearly all of the area, so threads share the rows of each rather than the planes.
     for (std::size_t t = 0; t < planes_.size(); ++t) {
-        PlaneExtent& e = extents_[t];
+        TrueExtent& e = extents_[t];
         e.cells = PlaneRaster(planes_[t].normal, planes_[t].offset, planes_[t].rings, options.cell_m);
         e.open.assign(e.cells.size(), 0);
         e.flat.assign(e.cells.size(), 0);
@@ -64,8 +64,8 @@ PlaneExtents::PlaneExtents(const PlaneTruth& truth, const PlaneExtentOptions& op
     }
 }
 
-void PlaneExtents::index(std::size_t plane) {
-    const PlaneExtent& e = extents_[plane];
+void TrueExtents::index(std::size_t plane) {
+    const TrueExtent& e = extents_[plane];
     const double reach = near_m() + e.cells.cell_m();
     for (std::size_t c = 0; c < e.cells.size(); ++c) {
         if (!e.cells.inside(c)) continue;
@@ -85,7 +85,7 @@ void PlaneExtents::index(std::size_t plane) {
     }
 }
 
-const std::vector<std::uint32_t>& PlaneExtents::near(Vec3d p) const {
+const std::vector<std::uint32_t>& TrueExtents::near(Vec3d p) const {
     static const std::vector<std::uint32_t> kNone;
     const auto found =
         near_.find(cube_key(std::floor(p.x / kCube), std::floor(p.y / kCube), std::floor(p.z / kCube)));

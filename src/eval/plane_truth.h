@@ -23,7 +23,7 @@ struct PlaneTruth {
     std::function<std::uint8_t(Vec3d)> label;         // of the surface nearest to a point
 };
 
-struct PlaneExtentOptions {
+struct TrueExtentOptions {
     double min_area_m2 = 0.25;  // true planes of which less was seen do not count: no cell of them is open
     double voxel_m = 0.005;
     double cell_m = 0.01;
@@ -31,7 +31,7 @@ struct PlaneExtentOptions {
     double near_voxels = 4;         // a point this near to a plane may belong to it: the truncation of a map
 };
 
-struct PlaneExtent {
+struct TrueExtent {
     PlaneRaster cells;  // inside: within the true outline, which is convex and may hide parts
     // Of every cell: open, when its centre is on the surface (not inside or under another solid, nor where
     // the outline spans a gap); flat, when moreover all cells within the margin are open and nothing hangs
@@ -39,13 +39,13 @@ struct PlaneExtent {
     std::vector<std::uint8_t> open, flat;
 };
 
-class PlaneExtents {
+class TrueExtents {
   public:
-    PlaneExtents(const PlaneTruth& truth, const PlaneExtentOptions& options, Jobs& jobs);
+    TrueExtents(const PlaneTruth& truth, const TrueExtentOptions& options, Jobs& jobs);
 
-    const PlaneExtent& operator[](std::size_t plane) const { return extents_[plane]; }
+    const TrueExtent& operator[](std::size_t plane) const { return extents_[plane]; }
     std::size_t size() const { return extents_.size(); }
-    const PlaneExtentOptions& options() const { return options_; }
+    const TrueExtentOptions& options() const { return options_; }
     double near_m() const { return options_.near_voxels * options_.voxel_m; }
 
     bool counts(std::size_t plane) const { return planes_[plane].seen_area_m2 >= options_.min_area_m2; }
@@ -72,9 +72,9 @@ class PlaneExtents {
   private:
     void index(std::size_t plane);
 
-    PlaneExtentOptions options_;
+    TrueExtentOptions options_;
     std::vector<LabelledPlane> planes_;
-    std::vector<PlaneExtent> extents_;
+    std::vector<TrueExtent> extents_;
     std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> near_;  // of a cube of space: its planes
 };
 
