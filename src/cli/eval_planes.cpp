@@ -320,7 +320,7 @@ void add_eval_planes(CLI::App& eval, int* exit) {
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     planes->add_option("--voxel", p->voxel_m, "of the map that the meshes are of, metres")
-        ->check(CLI::Range(0.001, 0.1))
+        ->check(CLI::Range(0.002, 0.1))
         ->capture_default_str();
     planes->add_option("--threads", p->threads, "worker threads")->capture_default_str();
     planes->add_flag("--verbose", p->verbose, "one line a plane");
