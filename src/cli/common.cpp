@@ -227,6 +227,7 @@ Status extract_mesh(burin_map map, const MeshFlags& flags, bool colour, Triangle
     mesh->colours.resize(colour ? vertices : 0);
     mesh->triangles.resize(triangles);
     mesh->labels.clear();
+    mesh->filled.clear();
     burin_mesh_buffers buffers = {};
     buffers.vertex_capacity = vertices;
     buffers.triangle_capacity = triangles;

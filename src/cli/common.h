@@ -125,6 +125,7 @@ void add_mesh(CLI::App& app, int* exit);
 void add_planes(CLI::App& app, int* exit);
 void add_render(CLI::App& app, int* exit);
 void add_eval(CLI::App& app, int* exit);
+void add_eval_planes(CLI::App& eval, int* exit);
 void add_config(CLI::App& app, int* exit);
 
 }  // namespace burin::cli

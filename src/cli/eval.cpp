@@ -393,6 +393,7 @@ void add_eval(CLI::App& app, int* exit) {
     depth->add_option("--threads", d->threads, "worker threads")->capture_default_str();
     depth->add_flag("--json", d->json, "one JSON object");
     depth->callback([d, exit] { *exit = run_depth(*d); });
+    add_eval_planes(*command, exit);
 }
 
 }  // namespace burin::cli

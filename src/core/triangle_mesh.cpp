@@ -23,6 +23,10 @@ Status check_mesh(const TriangleMesh& mesh) {
         return Status::error(Code::invalid_argument,
                              "mesh has %zu labels, expected 0 or %zu (one a triangle)", mesh.labels.size(),
                              triangles);
+    if (!mesh.filled.empty() && mesh.filled.size() != triangles)
+        return Status::error(Code::invalid_argument,
+                             "mesh has %zu marks of filled triangles, expected 0 or %zu (one a triangle)",
+                             mesh.filled.size(), triangles);
     for (std::size_t i = 0; i < vertices; ++i) {
         const Vec3f p = mesh.positions[i];
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))

@@ -266,39 +266,52 @@ class Reader {
     }
 
     Status read_faces(const PlyElement& element) {
-        std::size_t corners = element.properties.size(), label = element.properties.size();
-        for (std::size_t k = 0; k < element.properties.size(); ++k) {
+        const std::size_t none = element.properties.size();
+        std::size_t corners = none;
+        // What one byte a face carries, and where it goes.
+        struct Mark {
+            const char* name;
+            std::vector<std::uint8_t>* into;
+            std::size_t property;
+        };
+        Mark marks[2] = {{"label", &mesh_.labels, none}, {"filled", &mesh_.filled, none}};
+        for (std::size_t k = 0; k < none; ++k) {
             const PlyProperty& p = element.properties[k];
             if (p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index")) corners = k;
-            if (!p.is_list && p.name == "label") label = k;
+            for (Mark& mark : marks)
+                if (!p.is_list && p.name == mark.name) mark.property = k;
         }
-        if (corners == element.properties.size())
+        if (corners == none)
             return Status::error(Code::format, "%s: faces have no list 'vertex_indices' or 'vertex_index'",
                                  name_);
         if (ply_is_float(element.properties[corners].type))
             return Status::error(
                 Code::format, "%s: vertex indices are of a floating type, expected an integer type", name_);
         mesh_.triangles.reserve(element.count);
-        if (label < element.properties.size()) mesh_.labels.reserve(element.count);
+        for (const Mark& mark : marks)
+            if (mark.property != none) mark.into->reserve(element.count);
         for (std::uint64_t i = 0; i < element.count; ++i) {
             const std::size_t first = mesh_.triangles.size();
-            double value = 0;
-            for (std::size_t k = 0; k < element.properties.size(); ++k) {
+            double value[2] = {};
+            for (std::size_t k = 0; k < none; ++k) {
                 const PlyProperty& property = element.properties[k];
+                const int mark = k == marks[0].property ? 0 : k == marks[1].property ? 1 : -1;
                 if (k == corners) {
                     BURIN_TRY(read_polygon(element, i, property));
-                } else if (k == label) {
-                    if (!body_.next(property.type, &value)) return bad_value(element, i, property);
-                    if (!(value >= 0 && value <= 255 && std::nearbyint(value) == value))
-                        return Status::error(Code::format, "%s: face %llu has label %g, expected 0..255",
-                                             name_, static_cast<unsigned long long>(i), value);
+                } else if (mark >= 0) {
+                    double& v = value[mark];
+                    if (!body_.next(property.type, &v)) return bad_value(element, i, property);
+                    if (!(v >= 0 && v <= 255 && std::nearbyint(v) == v))
+                        return Status::error(Code::format, "%s: face %llu has %s %g, expected 0..255", name_,
+                                             static_cast<unsigned long long>(i), marks[mark].name, v);
                 } else {
                     BURIN_TRY(skip_property(element, i, property));
                 }
             }
-            if (label < element.properties.size())
-                mesh_.labels.insert(mesh_.labels.end(), mesh_.triangles.size() - first,
-                                    static_cast<std::uint8_t>(value));
+            for (int m = 0; m < 2; ++m)
+                if (marks[m].property != none)
+                    marks[m].into->insert(marks[m].into->end(), mesh_.triangles.size() - first,
+                                          static_cast<std::uint8_t>(value[m]));
         }
         return {};
     }

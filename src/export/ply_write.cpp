@@ -21,7 +21,9 @@ Status write_ply(const std::string& path, const TriangleMesh& mesh) {
     if (!mesh.colours.empty()) out.text("property uchar red\nproperty uchar green\nproperty uchar blue\n");
     std::snprintf(line, sizeof line, "element face %zu\n", mesh.triangles.size());
     out.text(line);
-    out.text("property list uchar int vertex_indices\nproperty uchar label\nend_header\n");
+    out.text("property list uchar int vertex_indices\nproperty uchar label\n");
+    if (!mesh.filled.empty()) out.text("property uchar filled\n");
+    out.text("end_header\n");
 
     for (std::size_t i = 0; i < mesh.positions.size() && !out.failed(); ++i) {
         out.value(mesh.positions[i]);
@@ -32,6 +34,7 @@ Status write_ply(const std::string& path, const TriangleMesh& mesh) {
         out.value(std::uint8_t{3});
         out.value(mesh.triangles[i]);
         out.value(mesh.labels.empty() ? std::uint8_t{0} : mesh.labels[i]);
+        if (!mesh.filled.empty()) out.value(mesh.filled[i]);
     }
     return out.finish();
 }

@@ -72,6 +72,29 @@ TEST(Ply, LabelsAreAlwaysThereAndOtherAttributesOnlyWhenKnown) {
     EXPECT_EQ(read->labels, std::vector<std::uint8_t>(mesh.triangles.size(), 0));
 }
 
+TEST(Ply, FilledFacesKeepTheirMarkAndOthersCostNothing) {
+    Folder folder;
+    TriangleMesh mesh = painted_sphere(1);
+    ASSERT_TRUE(write_ply(folder / "seen.ply", mesh).ok());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) mesh.filled.push_back(i % 3 == 0);
+    ASSERT_TRUE(write_ply(folder / "filled.ply", mesh).ok());
+    const auto seen = read_ply(folder / "seen.ply"), filled = read_ply(folder / "filled.ply");
+    ASSERT_TRUE(seen.ok() && filled.ok()) << filled.status().text();
+    EXPECT_TRUE(seen->filled.empty());
+    EXPECT_EQ(filled->filled, mesh.filled);
+    EXPECT_EQ(filled->labels, mesh.labels);
+    EXPECT_EQ(filled->triangles, mesh.triangles);
+
+    // A polygon passes its mark on to every triangle of its fan, whatever the order of the properties.
+    const auto fan = parse(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 2\nproperty uchar filled\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n1 1 0\n0 1 0\n1 4 0 1 2 3\n0 3 0 1 2\n");
+    ASSERT_TRUE(fan.ok()) << fan.status().text();
+    EXPECT_EQ(fan->filled, (std::vector<std::uint8_t>{1, 1, 0}));
+    EXPECT_TRUE(fan->labels.empty());
+}
+
 TEST(Ply, EmptyMeshIsAValidFile) {
     Folder folder;
     ASSERT_TRUE(write_ply(folder / "empty.ply", {}).ok());

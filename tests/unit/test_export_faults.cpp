@@ -156,6 +156,8 @@ TEST(ExportFaults, InconsistentMeshesAreRefusedByEveryWriter) {
         {broken([](TriangleMesh& m) { m.normals.pop_back(); }), "17 normals, expected 0 or 18"},
         {broken([](TriangleMesh& m) { m.colours.pop_back(); }), "17 colours, expected 0 or 18"},
         {broken([](TriangleMesh& m) { m.labels.pop_back(); }), "31 labels, expected 0 or 32"},
+        {broken([](TriangleMesh& m) { m.filled.assign(31, 1); }),
+         "31 marks of filled triangles, expected 0 or 32"},
         {broken([](TriangleMesh& m) { m.triangles[5][2] = 18; }),
          "triangle 5 uses vertex 18, expected below 18"},
         {broken([](TriangleMesh& m) { m.positions[3].y = NAN; }), "vertex 3 is"},
@@ -239,6 +241,8 @@ TEST(PlyFaults, ErrorsNameFileValueAndExpectation) {
         {kHead + kVertices3 + kFaces1 + kEnd + kPoints3, "'vertex_indices' of face 0 is missing"},
         {kHead + kVertices3 + kFaces1 + "property int label\n" + kEnd + kPoints3 + "3 0 1 2 300\n",
          "label 300"},
+        {kHead + kVertices3 + kFaces1 + "property int filled\n" + kEnd + kPoints3 + "3 0 1 2 -1\n",
+         "filled -1"},
         {kHead +
              "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty int red\n"
              "property int green\nproperty int blue\n" +
