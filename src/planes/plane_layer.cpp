@@ -363,7 +363,6 @@ std::uint32_t PlaneLayer::list_unassigned() {
 
 std::uint32_t PlaneLayer::choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin,
                                          Scatter* sums, double* area, Vec3d* grown_low, Vec3d* grown_high) {
-    const double gate = set_.rules.gate_voxels * static_cast<double>(shape_.voxel_m);
     std::uint32_t count = 0;
     *sums = {};
     *area = 0;
@@ -372,7 +371,7 @@ std::uint32_t PlaneLayer::choose_members(const PlaneFit& fit, Vec3d low, Vec3d h
         const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
         if (dot(fit.normal, patch.unit_normal()) < set_.rules.least_cosine) continue;
         const Vec3d centre = centre_of(overlay_.key(entry)), middle = patch_middle(patch, centre);
-        if (std::fabs(dot(fit.normal, middle) + fit.offset) > gate) continue;
+        if (std::fabs(dot(fit.normal, middle) + fit.offset) > set_.rules.gate(patch)) continue;
         bool inside = true;
         for (int r = 0; r < 3; ++r)
             inside = inside && middle[r] >= low[r] - margin && middle[r] <= high[r] + margin;

@@ -2,7 +2,6 @@
 #include "planes/plane_set.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace burin {
@@ -26,7 +25,7 @@ Vec3d middle_of(const Patch& patch, Vec3d centre) {
 
 double patch_area(const Patch& patch, double voxel_m) {
     const double along = std::fabs(static_cast<double>(patch.normal[patch.axis]));
-    return std::popcount(patch.cells) * voxel_m * voxel_m / along;
+    return patch.columns * voxel_m * voxel_m / along;
 }
 
 double GlobalPlane::rms_m() const { return std::sqrt(fit.variance[0]); }
@@ -87,7 +86,7 @@ std::uint32_t PlaneSet::take_events(PlaneEvent* out, std::uint32_t capacity, std
 bool PlaneSet::fits(const GlobalPlane& plane, const Patch& patch, Vec3d centre, double slack) const {
     if (dot(plane.normal, patch.unit_normal()) < 1 - (1 - rules.least_cosine) * slack * slack) return false;
     const Vec3d middle = middle_of(patch, centre);
-    return std::fabs(plane.distance(middle)) <= rules.gate_voxels * rules.voxel_m * slack &&
+    return std::fabs(plane.distance(middle)) <= rules.gate(patch) * slack &&
            within(middle, plane.low, plane.high, rules.margin_m);
 }
 

@@ -2,6 +2,7 @@
 // The global planes: each the sum of the patches that chunks hold of it, with an id that lasts.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "core/arena.h"
@@ -40,9 +41,12 @@ struct GlobalPlane {
 struct PlaneRules {
     double voxel_m = 0.005;
     // A patch belongs to a plane when its normal is within 12 degrees (a chunk of 8 voxels holds a normal to
-    // some 3 degrees at the noise of half a voxel) and its middle within 1.5 voxels.
+    // some 3 degrees at a noise of half a voxel) and its middle within half a voxel and three standard
+    // deviations, but never more than two voxels: a door's panel 12 mm from its frame is another plane.
     double least_cosine = 0.978;
-    double gate_voxels = 1.5;
+    double gate(const Patch& patch) const {
+        return std::min(2 * voxel_m, 0.5 * voxel_m + 3 * static_cast<double>(patch.rms_m));
+    }
     double margin_m = 0.25;  // and lies within the plane's box and so much more
     // Metres that a used equation may lag behind the fit anywhere on the plane, in voxels.
     double lag_voxels = 0.04;
