@@ -514,11 +514,32 @@ typedef struct burin_plane_event {
 BURIN_API burin_status burin_plane_events(burin_map map, burin_plane_event* events, uint64_t capacity,
                                           uint64_t* count, uint64_t* lost);
 
-/* For each triangle of a mesh of this map: its label, and the id of its plane, 0 for none. Either may be
- * NULL. mesh: positions, triangles and their counts; indices below vertex_count. Errors: INVALID_ARGUMENT,
- * STATE, CANCELLED. */
+/* For each triangle of a mesh of this map: its label, the id of its plane (0 for none), and 1 where nobody
+ * saw it and a plane was completed; each may be NULL. mesh: positions, triangles and their counts; indices
+ * below vertex_count. Errors: INVALID_ARGUMENT, STATE, CANCELLED. */
 BURIN_API burin_status burin_label_faces(burin_map map, const burin_mesh_buffers* mesh, uint8_t* labels,
-                                         uint32_t* plane_ids);
+                                         uint32_t* plane_ids, uint8_t* filled);
+
+/* The outline of a plane on it: rings of points (3 doubles each, world, metres), counter-clockwise seen from
+ * free space around what belongs to it, clockwise around holes. Of what was seen, or with completed not 0
+ * also of what the last burin_refresh_planes completed. Ring r begins at point ring_starts[r] and goes to the
+ * next ring's. Accurate to some three voxels. INVALID_ARGUMENT: no such id. INSUFFICIENT_MEMORY: *count and
+ * *rings hold what is needed. */
+BURIN_API burin_status burin_plane_outline(burin_map map, uint32_t id, uint32_t completed, double* points,
+                                           uint64_t capacity, uint64_t* count, uint32_t* ring_starts,
+                                           uint64_t ring_capacity, uint64_t* rings);
+
+/* The first plane that a ray meets within max_m, from its free side, where it was seen or completed: *id, 0
+ * for none, and the distance (max_m for none). direction: unit. Errors: INVALID_ARGUMENT, STATE. */
+BURIN_API burin_status burin_plane_hit(burin_map map, const double origin[3], const double direction[3],
+                                       double max_m, uint32_t* id, double* distance_m);
+
+/* Labels need to know where up is. With an IMU that tells (burin_up); else as told here (unit, world; until
+ * burin_reset); else from the planes and the cameras of frames fused since create or load; else z. */
+BURIN_API burin_status burin_set_up(burin_map map, const double up[3]);
+
+/* The direction against gravity that the labels of the last burin_refresh_planes are by. */
+BURIN_API burin_status burin_planes_up(burin_map map, double up[3]);
 
 /* --------------------------------------------------------------------------------------------------------
  * queries */

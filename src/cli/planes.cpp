@@ -18,6 +18,38 @@ Status list_planes(burin_map map, std::vector<burin_plane>* planes) {
     return status_of(burin_planes(map, planes->data(), count, &count), map);
 }
 
+// The rings of what was seen of a plane; starts has one more entry than there are rings.
+Status outline_of(burin_map map, std::uint32_t id, std::vector<double>* points,
+                  std::vector<std::uint32_t>* starts) {
+    std::uint64_t count = 0, rings = 0;
+    burin_plane_outline(map, id, 0, nullptr, 0, &count, nullptr, 0, &rings);
+    points->resize(3 * count);
+    starts->resize(rings);
+    BURIN_TRY(status_of(
+        burin_plane_outline(map, id, 0, points->data(), count, &count, starts->data(), rings, &rings), map));
+    starts->push_back(static_cast<std::uint32_t>(count));
+    return {};
+}
+
+// The island of the largest area: what a reader that knows of one ring gets.
+nlohmann::json largest_ring(const std::vector<double>& points, const std::vector<std::uint32_t>& starts,
+                            const double normal[3], const nlohmann::json& rings) {
+    double most = 0;
+    std::size_t largest = 0;
+    for (std::size_t r = 0; r + 1 < starts.size(); ++r) {
+        const auto at = [&](std::size_t k) {
+            return Vec3d{points[3 * k], points[3 * k + 1], points[3 * k + 2]};
+        };
+        Vec3d twice;
+        for (std::size_t k = starts[r]; k < starts[r + 1]; ++k)
+            twice = twice + cross(at(k) - at(starts[r]),
+                                  at(k + 1 < starts[r + 1] ? k + 1 : starts[r]) - at(starts[r]));
+        const double area = dot(twice, Vec3d{normal[0], normal[1], normal[2]});
+        if (area > most) most = area, largest = r;
+    }
+    return rings.empty() ? nlohmann::json::array() : rings[largest];
+}
+
 struct PlanesOptions {
     std::string map, output;
     MeshFlags mesh;
@@ -56,7 +88,9 @@ Status label_faces(burin_map map, TriangleMesh* mesh) {
     buffers.vertex_count = mesh->positions.size();
     buffers.triangle_count = mesh->triangles.size();
     mesh->labels.resize(mesh->triangles.size());
-    return status_of(burin_label_faces(map, &buffers, mesh->labels.data(), nullptr), map);
+    mesh->filled.resize(mesh->triangles.size());
+    return status_of(burin_label_faces(map, &buffers, mesh->labels.data(), nullptr, mesh->filled.data()),
+                     map);
 }
 
 Status write_planes(burin_map map, const std::string& folder) {
@@ -67,7 +101,19 @@ Status write_planes(burin_map map, const std::string& folder) {
         nlohmann::json covariance = nlohmann::json::array();
         for (int r = 0; r < 4; ++r)
             covariance.push_back(std::vector<double>(p.covariance + 4 * r, p.covariance + 4 * r + 4));
-        list.push_back({{"id", p.id},
+        std::vector<double> points;
+        std::vector<std::uint32_t> starts;
+        BURIN_TRY(outline_of(map, p.id, &points, &starts));
+        nlohmann::json rings = nlohmann::json::array();
+        for (std::size_t r = 0; r + 1 < starts.size(); ++r) {
+            nlohmann::json ring = nlohmann::json::array();
+            for (std::size_t k = starts[r]; k < starts[r + 1]; ++k)
+                ring.push_back({points[3 * k], points[3 * k + 1], points[3 * k + 2]});
+            rings.push_back(ring);
+        }
+        list.push_back({{"polygon", largest_ring(points, starts, p.normal, rings)},
+                        {"rings", rings},
+                        {"id", p.id},
                         {"label", kLabels[std::min<std::uint32_t>(p.label, 7)]},
                         {"normal", p.normal},
                         {"offset", p.offset},

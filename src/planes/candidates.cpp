@@ -270,12 +270,11 @@ class ChunkFit {
                 out->pp[at++] = static_cast<float>(pp * unit);
             }
         }
-        mark_cells(m, out);
+        mark_cells(out);
     }
 
-    static float u(int x) { return static_cast<float>(2 * x - 7); }
     // Columns with a voxel of the plane within one voxel of the surface.
-    void mark_cells(const PlaneModel& m, Patch* out) const {
+    void mark_cells(Patch* out) const {
         const float voxel = units_per_voxel_ * out->stretch;
         for (int i = 0; i < 512; ++i) {
             if (!weights_[i]) continue;
@@ -285,10 +284,6 @@ class ChunkFit {
             if (f > 0.6f * voxel * std::fabs(out->normal[out->axis])) continue;
             const int a = at[out->axis == 0 ? 1 : 0], b = at[out->axis == 2 ? 1 : 2];
             out->cells |= std::uint64_t{1} << (8 * b + a);
-            // Of the voxels of a column one is the nearest to the plane: u steps by two from voxel to voxel.
-            const float model = ((m.a[1] * u(at[1]) + m.a[2] * u(at[2])) + m.c) + m.a[0] * u(at[0]);
-            const float half = std::fabs(m.a[out->axis]);
-            out->columns = static_cast<std::uint8_t>(out->columns + (model > -half && model <= half));
         }
     }
 

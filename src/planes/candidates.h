@@ -16,15 +16,14 @@ inline constexpr std::uint16_t kNoPlane = 0xffff;
 // What one chunk holds of one plane. Metres, from the chunk's centre.
 struct Patch {
     float normal[3], offset;  // its own fit, unit normal into free space: normal . x + offset = 0
-    float stretch;         // gradient of the stored distances along the normal: 1 seen head on, more aslant
-    float rms_m;           // of the fit's residuals
-    float n;               // weight: number of voxels, those that fit less counting less
-    float p[3], pp[6];     // the foot points of these voxels on the fitted plane: sums as in Scatter
-    std::uint64_t cells;   // bit 8 b + a: the column of voxels at (a, b) along `axis` holds surface of it
-    std::uint16_t plane;   // the global plane it belongs to, kNoPlane
-    std::uint8_t axis;     // the largest component of the normal; (a, b) are the two others in order
-    std::uint8_t columns;  // that the plane passes in this chunk; `cells` may be more, where it passes near
-    std::uint8_t unused[4];
+    float stretch;        // gradient of the stored distances along the normal: 1 seen head on, more aslant
+    float rms_m;          // of the fit's residuals
+    float n;              // weight: number of voxels, those that fit less counting less
+    float p[3], pp[6];    // the foot points of these voxels on the fitted plane: sums as in Scatter
+    std::uint64_t cells;  // bit 8 b + a: the column of voxels at (a, b) along `axis` holds surface of it
+    std::uint16_t plane;  // the global plane it belongs to, kNoPlane
+    std::uint8_t axis;    // the largest component of the normal; (a, b) are the two others in order
+    std::uint8_t unused[5];
 
     Vec3d unit_normal() const { return {normal[0], normal[1], normal[2]}; }
     Scatter scatter(Vec3d centre) const;  // in the world, centre: of the chunk

@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "core/hash.h"
 #include "simd/plane_fit.h"
 
 namespace burin {
-void debug_planes(const PlaneLayer& l, const Volume& v);
 namespace {
 
 constexpr std::uint32_t kSlowTurns =
@@ -18,10 +16,6 @@ constexpr double kPullReach = 1.0;  // voxels: three standard deviations of a fu
 // Observations that a patch of support counts for: a plane of a square metre (625 chunks at 5 mm) outweighs a
 // voxel seen 255 times by 25 to 1, one of a quarter by 6 to 1.
 constexpr float kObservationsPerPatch = 10;
-
-Vec3d patch_middle(const Patch& p, Vec3d centre) {
-    return centre + Vec3d{p.p[0], p.p[1], p.p[2]} * (1 / static_cast<double>(p.n));
-}
 
 }  // namespace
 
@@ -34,6 +28,12 @@ void PlaneLayer::place(Arena& arena, const PlaneOptions& options, const VolumeSh
     set_.place(arena, options.planes, 2 * options.planes);
     set_.rules = {};
     set_.rules.voxel_m = static_cast<double>(shape.voxel_m);
+    extents_.place(arena, shape);
+    shapes_ = arena.allocate<PlaneShape>(options.planes, 64);
+    boxes_ = arena.allocate<PlaneExtent>(options.planes, 64);
+    places_ = arena.allocate<std::uint16_t>(options.planes, 64);
+    labels_ = arena.allocate<std::uint8_t>(options.planes, 64);
+    outlines_ = arena.allocate<Vec3f>(kOutlinePoints, 64);
     chunks_ = arena.allocate<ChunkPlanes>(chunks, 64);
     turn_ = arena.allocate<std::uint32_t>(shape.capacity, 64);
     unassigned_ = arena.allocate<std::uint32_t>(chunks, 64);
@@ -47,6 +47,9 @@ void PlaneLayer::clear() {
     set_.clear();
     random_ = 0;
     dropped_ = 0;
+    cameras_ = {};
+    has_up_ = false;
+    labelled_up_ = {0, 0, 1};
     unassigned_count_ = 0;
 }
 
@@ -125,7 +128,7 @@ void PlaneLayer::assign(Volume& volume, Work& work) {
             ++dropped_;
             return;
         }
-        chunks_[entry].count = chunks_[entry].pulled = 0;
+        chunks_[entry].begin();
     }
     ChunkPlanes& chunk = chunks_[entry];
     for (int i = 0; i < chunk.count; ++i)
@@ -170,7 +173,7 @@ bool PlaneLayer::merge_planes() {
     return any;
 }
 
-void PlaneLayer::refresh(Volume& volume, Jobs& jobs) {
+void PlaneLayer::refresh(Volume& volume, const Vec3d* up_world, Jobs& jobs) {
     if (!options_.enabled) return;
     std::uint32_t count = 0;
     for (std::uint32_t slot = 0; slot < volume.live(); ++slot)
@@ -187,9 +190,10 @@ void PlaneLayer::refresh(Volume& volume, Jobs& jobs) {
         set_.refit();
         merge_planes();
     }
-    if (getenv("PDBG")) debug_planes(*this, volume);
+    describe(volume, up_world);
     for (count = 0; count < volume.live(); ++count) turn_[count] = count;
     draw(volume, turn_, count, jobs);
+    draw_alone(volume);
 }
 
 // Planes of the chunk itself come first, then those of its neighbours that reach into it.
@@ -252,8 +256,12 @@ void PlaneLayer::pull(Volume& volume, Work& work) {
     }
     const ChunkGeometry& raw = volume.geometry(work.slot);
     ChunkGeometry& out = overlay_.geometry(work.entry);
-    simd::pull_to_planes(raw.sdf, raw.weight, pulls, work.pulls, out.sdf);
+    if (work.pulls > 0)
+        simd::pull_to_planes(raw.sdf, raw.weight, pulls, work.pulls, out.sdf);
+    else
+        std::copy_n(raw.sdf, kChunkVoxels, out.sdf);
     std::copy_n(raw.weight, kChunkVoxels, out.weight);
+    fill(work.entry, volume.units_to_m());
 }
 
 // Draws the distances of the chunks to their planes.
@@ -277,13 +285,14 @@ void PlaneLayer::draw(Volume& volume, const std::uint32_t* slots, std::uint32_t 
             Work& work = work_[i];
             std::uint32_t& over = volume.over(work.slot);
             work.entry = kNoChunk;
-            if (work.pulls > 0) {
+            const std::uint32_t there = overlay_.find(volume.key(work.slot));
+            if (work.pulls > 0 || (there != kNoChunk && chunks_[there].fills > 0)) {
                 const std::uint32_t known = overlay_.count();
                 work.entry = overlay_.insert(volume.key(work.slot));
                 if (work.entry == kNoChunk)
                     ++dropped_;
                 else if (work.entry == known)
-                    chunks_[work.entry].count = 0;
+                    chunks_[work.entry].begin();
             }
             // What is meshed changes: by much where the layer comes or goes, else by what planes move at a
             // time.
@@ -296,6 +305,7 @@ void PlaneLayer::draw(Volume& volume, const std::uint32_t* slots, std::uint32_t 
             }
             over = work.entry;
             if (work.entry == kNoChunk) continue;
+            overlay_.set_alone(work.entry, false);
             ChunkPlanes& chunk = chunks_[work.entry];
             chunk.pulled = work.pulls;
             std::copy_n(work.pull, work.pulls, chunk.pull);
@@ -328,7 +338,8 @@ std::uint16_t PlaneLayer::plane_at(Vec3d x, Vec3d normal) const {
 }
 
 void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triangles, std::uint64_t count,
-                             std::uint8_t* labels, std::uint32_t* ids, Jobs& jobs) const {
+                             std::uint8_t* labels, std::uint32_t* ids, std::uint8_t* filled,
+                             const Volume& volume, Jobs& jobs) const {
     constexpr std::uint64_t kItem = 1024;  // triangles, some 100 us
     jobs.run(static_cast<int>((count + kItem - 1) / kItem), [&](int item, int) {
         const std::uint64_t first = static_cast<std::uint64_t>(item) * kItem;
@@ -345,140 +356,18 @@ void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triang
             const bool told = plane != kNoPlane && set_.at(plane).area_m2 >= options_.least_area_m2;
             if (labels) labels[t] = told ? set_.at(plane).label : 0;
             if (ids) ids[t] = told ? set_.at(plane).id : 0;
+            if (!filled) continue;
+            // Completed: the voxel there was never seen.
+            const double voxel = static_cast<double>(shape_.voxel_m);
+            const Vec3i at{static_cast<std::int32_t>(std::floor(middle.x / voxel)),
+                           static_cast<std::int32_t>(std::floor(middle.y / voxel)),
+                           static_cast<std::int32_t>(std::floor(middle.z / voxel))};
+            const Vec3i c{at.x >> 3, at.y >> 3, at.z >> 3};
+            const std::uint32_t slot = chunk_in_range(c) ? volume.find(pack_key(c)) : kNoChunk;
+            filled[t] = slot == kNoChunk ||
+                        volume.geometry(slot).weight[(at.z & 7) << 6 | (at.y & 7) << 3 | (at.x & 7)] == 0;
         }
     });
 }
 
-// ------------------------------------------------------------------------------------------- step two:
-// merging
-
-std::uint32_t PlaneLayer::list_unassigned() {
-    std::uint32_t count = 0;
-    for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry)
-        for (std::uint32_t i = 0; i < chunks_[entry].count; ++i)
-            if (chunks_[entry].patch[i].plane == kNoPlane && count < options_.chunks)
-                unassigned_[count++] = 4 * entry + i;
-    return count;
-}
-
-std::uint32_t PlaneLayer::choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin,
-                                         Scatter* sums, double* area, Vec3d* grown_low, Vec3d* grown_high) {
-    std::uint32_t count = 0;
-    *sums = {};
-    *area = 0;
-    for (std::uint32_t u = 0; u < unassigned_count_; ++u) {
-        const std::uint32_t entry = unassigned_[u] >> 2;
-        const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
-        if (dot(fit.normal, patch.unit_normal()) < set_.rules.least_cosine) continue;
-        const Vec3d centre = centre_of(overlay_.key(entry)), middle = patch_middle(patch, centre);
-        if (std::fabs(dot(fit.normal, middle) + fit.offset) > set_.rules.gate(patch)) continue;
-        bool inside = true;
-        for (int r = 0; r < 3; ++r)
-            inside = inside && middle[r] >= low[r] - margin && middle[r] <= high[r] + margin;
-        if (!inside) continue;
-        members_[count++] = unassigned_[u];
-        sums->add(patch.scatter(centre));
-        *area += patch_area(patch, static_cast<double>(shape_.voxel_m));
-        for (int r = 0; r < 3; ++r) {
-            (*grown_low)[r] = std::min((*grown_low)[r], middle[r]);
-            (*grown_high)[r] = std::max((*grown_high)[r], middle[r]);
-        }
-    }
-    return count;
-}
-
-// RANSAC over the candidates: one patch is a hypothesis, and counts those that agree with it within reach of
-// its own direction; the best is grown, by new fits to ever more members, as far as they hang together.
-int PlaneLayer::seed(int tries) {
-    unassigned_count_ = list_unassigned();
-    constexpr std::uint32_t kLeastPatches = 8;  // 2 x 4 chunks
-    constexpr double kLeastArea = 0.012;        // m^2: 8 chunks of 40 mm
-    if (unassigned_count_ < kLeastPatches) return 0;
-    constexpr double kLocal =
-        0.2;  // metres: a patch's direction is sure to 3 degrees, 10 mm at this distance
-    constexpr double kMargin = 0.1;  // metres: members of one plane are no farther apart
-    Scatter sums, best_sums;
-    double area, best_area = 0;
-    Vec3d low, high, best_low, best_high, normal;
-    for (int t = 0; t < tries; ++t) {
-        random_ += 0x9e3779b97f4a7c15ULL;
-        const std::uint32_t u = static_cast<std::uint32_t>((mix64(random_) >> 32) * unassigned_count_ >> 32);
-        const std::uint32_t entry = unassigned_[u] >> 2;
-        const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
-        PlaneFit fit;
-        const Vec3d middle = patch_middle(patch, centre_of(overlay_.key(entry)));
-        fit.normal = patch.unit_normal();
-        fit.offset = -dot(fit.normal, middle);
-        low = high = middle;
-        choose_members(fit, middle, middle, kLocal, &sums, &area, &low, &high);
-        if (!(area > best_area)) continue;
-        best_area = area;
-        best_sums = sums;
-        best_low = low;
-        best_high = high;
-        normal = fit.normal;
-    }
-    if (best_area < kLeastArea) return 0;
-    std::uint32_t members = 0;
-    // Doubles in extent a round at most; when nothing joins, it is done.
-    for (int round = 0; round < 24; ++round) {
-        const PlaneFit fit = fit_plane(best_sums, normal);
-        normal = fit.normal;
-        low = best_low;
-        high = best_high;
-        const std::uint32_t before = members;
-        members = choose_members(fit, best_low, best_high, kMargin, &sums, &area, &low, &high);
-        if (members < kLeastPatches) return 0;
-        best_sums = sums;
-        best_low = low;
-        best_high = high;
-        best_area = area;
-        if (members == before) break;
-    }
-    if (members < kLeastPatches || best_area < kLeastArea) return 0;
-    const std::uint16_t plane = set_.create(best_sums, normal);
-    if (plane == kNoPlane) return 0;
-    for (std::uint32_t m = 0; m < members; ++m) {
-        const std::uint32_t entry = members_[m] >> 2;
-        Patch& patch = chunks_[entry].patch[members_[m] & 3];
-        patch.plane = plane;
-        set_.add(plane, patch, centre_of(overlay_.key(entry)));
-    }
-    return 1;
-}
-
-}  // namespace burin
-#include <cstdio>
-namespace burin {
-void debug_planes(const PlaneLayer& l, const Volume& v) {
-    long by[3] = {}, asg[3] = {};
-    double area[3] = {};
-    for (std::uint32_t e = 0; e < l.overlay().count(); ++e)
-        for (int i = 0; i < l.chunk(e).count; ++i) {
-            const Patch& p = l.chunk(e).patch[i];
-            by[p.axis]++;
-            asg[p.axis] += p.plane != kNoPlane;
-            area[p.axis] += patch_area(p, 0.005);
-        }
-    std::printf(
-        "entries %u of %u dropped %lu live %u; candidates %ld %ld %ld assigned %ld %ld %ld area %.2f %.2f "
-        "%.2f\n",
-        l.overlay().count(), l.overlay().capacity(), l.dropped(), v.live(), by[0], by[1], by[2], asg[0],
-        asg[1], asg[2], area[0], area[1], area[2]);
-    Patch out[3];
-    long n0 = 0, n1 = 0, near = 0;
-    for (std::uint32_t s = 0; s < v.live(); ++s) {
-        if (v.least_distance(s) > 3 * v.voxel_m() / v.units_to_m()) continue;
-        ++near;
-        int n = find_candidates(v, s, out);
-        (n ? n1 : n0)++;
-    }
-    std::printf("near %ld with %ld without %ld\n", near, n1, n0);
-    for (unsigned i = 0; i < l.set().used(); ++i) {
-        auto& p = l.set().at(i);
-        if (p.id)
-            std::printf("id %u patches %u area %.3f n %.2f %.2f %.2f rms %.1f\n", p.id, p.patches, p.area_m2,
-                        p.normal.x, p.normal.y, p.normal.z, p.rms_m() * 1e3);
-    }
-}
 }  // namespace burin

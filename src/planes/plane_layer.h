@@ -7,8 +7,11 @@
 
 #include "core/arena.h"
 #include "core/jobs.h"
+#include "core/se3.h"
 #include "map/overlay.h"
 #include "map/volume.h"
+#include "planes/extents.h"
+#include "planes/plane_extent.h"
 #include "planes/plane_set.h"
 
 namespace burin {
@@ -27,6 +30,8 @@ struct PlaneOptions {
     double least_area_m2 = 0.1;  // smaller planes are not told and pull nothing
 };
 
+inline constexpr int kChunkFills = 2;
+
 // What the layer knows of one chunk, beside its entry in the overlay.
 struct ChunkPlanes {
     Patch patch[kChunkPlanes];
@@ -34,6 +39,11 @@ struct ChunkPlanes {
     std::uint8_t pulled;  // number of planes that its distances were drawn to
     std::uint16_t pull[4];
     std::uint32_t revision;  // of the planes when they were
+    // Columns that planes complete: bit 8 b + a at (a, b) along the plane's own axis.
+    std::uint8_t fills;
+    std::uint16_t fill_plane[kChunkFills];
+    std::uint64_t fill_cells[kChunkFills];
+    void begin() { count = pulled = fills = 0; }
 };
 
 class PlaneLayer {
@@ -46,7 +56,22 @@ class PlaneLayer {
     void update(Volume& volume, std::uint64_t frame, Jobs& jobs);
     // Everything at once: every chunk that changed, planes merged until nothing changes, all chunks drawn to
     // them.
-    void refresh(Volume& volume, Jobs& jobs);
+    // Also completes planes and labels them. up_world: against gravity, where known (null: as set_up() told,
+    // else from the planes and the cameras so far, else z).
+    void refresh(Volume& volume, const Vec3d* up_world, Jobs& jobs);
+
+    // A camera that the map was fused from.
+    void note_camera(const Se3& T_world_camera);
+    void set_up(Vec3d up_world) { up_ = up_world, has_up_ = true; }
+    // The direction that the last labels are by.
+    Vec3d up() const { return labelled_up_; }
+
+    // The outline of a plane (its place in the set): of what was seen of it, or also of what was completed.
+    // Points of the rings are corners of cells of *grid; valid until the next call here.
+    Outline outline(std::uint16_t plane, bool completed, ExtentGrid* grid, OutlineCounts* counts);
+    // The first told plane that a ray meets where it was seen or completed, from its free side; kNoPlane for
+    // none.
+    std::uint16_t hit(Vec3d origin, Vec3d direction, double max_m, double* distance_m) const;
 
     const Overlay& overlay() const { return overlay_; }
     Overlay& overlay() { return overlay_; }
@@ -62,9 +87,11 @@ class PlaneLayer {
     // Chunks that found no room since clear().
     std::uint64_t dropped() const { return dropped_; }
 
-    // Of each triangle (3 indices, 3 coordinates a vertex): label and plane's id; either may be null.
+    // Of each triangle (3 indices, 3 coordinates a vertex): label, plane's id, and 1 where it was completed;
+    // each may be null.
     void label_faces(const float* positions, const std::uint32_t* triangles, std::uint64_t count,
-                     std::uint8_t* labels, std::uint32_t* ids, Jobs& jobs) const;
+                     std::uint8_t* labels, std::uint32_t* ids, std::uint8_t* filled, const Volume& volume,
+                     Jobs& jobs) const;
 
     // The plane (its place in the set) that surface at x with this normal in the chunk belongs to, kNoPlane.
     std::uint16_t plane_at(Vec3d x, Vec3d normal) const;
@@ -87,6 +114,11 @@ class PlaneLayer {
     void pull(Volume& volume, Work& work);
     void draw(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs);
     void check_patches(std::uint32_t entry);
+    void describe(const Volume& volume, const Vec3d* up_world);
+    void keep_fills(std::uint16_t plane, const ExtentGrid& grid);
+    void fill(std::uint32_t entry, float units_to_m);
+    void draw_alone(const Volume& volume);
+    bool covers(std::uint32_t plane, Vec3d x) const;
     bool merge_planes();
     // New planes among the patches that have none: `tries` hypotheses. Returns how many.
     int seed(int tries);
@@ -104,6 +136,19 @@ class PlaneLayer {
     std::uint32_t* members_ = nullptr;     // of a plane to be: the same
     std::uint32_t unassigned_count_ = 0;
     Work* work_ = nullptr;
+    PlaneExtents extents_;
+    static constexpr std::uint32_t kOutlinePoints = 1 << 14;
+    PlaneShape* shapes_ = nullptr;  // of the told planes, and the next three
+    PlaneExtent* boxes_ = nullptr;
+    std::uint16_t* places_ = nullptr;
+    std::uint8_t* labels_ = nullptr;
+    Vec3f* outlines_ = nullptr;
+    struct Cameras {
+        Vec3d up, position;  // sums
+        double count = 0;
+    } cameras_;
+    Vec3d up_, labelled_up_{0, 0, 1};
+    bool has_up_ = false;
     std::uint64_t random_ = 0, dropped_ = 0;
 };
 

@@ -22,7 +22,8 @@ struct GlobalPlane {
     std::uint32_t id = 0;       // 1, 2, ... in order of appearance; 0: the place is free
     std::uint32_t patches = 0;  // chunks that hold some of it
     Scatter sums;
-    double area_m2 = 0;
+    double area_m2 = 0;       // about; as patches come and go
+    double seen_area_m2 = 0;  // by its extent, as of the last refresh
     // The equation in use. It follows the fit in steps, so that surfaces do not tremble.
     Vec3d normal;
     double offset = 0;

@@ -102,6 +102,7 @@ void FusionSession::fuse(const FrameView& frame, Jobs& jobs, FrameReport* report
     report->valid_pixels = depth_.image.valid;
     const double integrated = now_ms();
     report->integrate_ms = integrated - start;
+    if (planes_.enabled()) planes_.note_camera(frame.T_world_camera);
     planes_.update(volume_, frames_, jobs);
     report->planes_ms = now_ms() - integrated;
     dropped_ += report->chunks.dropped;

@@ -137,7 +137,9 @@ class FusionSession {
     bool gravity(Vec3d* up_world, double* sigma_rad) const { return tracking_.gravity(up_world, sigma_rad); }
     // Brings planes, and the surface that joins them, up to date with the map.
     void refresh_planes(Jobs& jobs) {
-        planes_.refresh(volume_, jobs);
+        Vec3d up;
+        double sigma_rad = 0;
+        planes_.refresh(volume_, gravity(&up, &sigma_rad) ? &up : nullptr, jobs);
         counted_ = false;
     }
     PlaneLayer& planes() { return planes_; }

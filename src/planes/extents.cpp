@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: MIT
+#include "planes/extents.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "planes/plane_layer.h"
+
+namespace burin {
+namespace {
+
+constexpr int kCloseCells = 2;  // gaps of up to 4 cells: noise, and planes between two layers of voxels
+constexpr double kLeastIslandM2 = 0.002;  // 45 x 45 mm: smaller islands are crumbs
+constexpr double kLeastHoleM2 = 0.0025;   // 50 x 50 mm: smaller holes are no feature of an outline
+constexpr double kTolerance = 1.5;        // cells that a simplified outline may be off
+constexpr double kMeetingM = 0.3;  // metres: planes that end no farther from where they meet are drawn to it
+
+}  // namespace
+
+Vec3d ExtentGrid::point(double u, double v) const {
+    Vec3d x;
+    x[across] = (u0 + u) * cell_m;
+    x[along] = (v0 + v) * cell_m;
+    x[axis] = -(offset + normal[across] * x[across] + normal[along] * x[along]) / normal[axis];
+    return x;
+}
+
+double ExtentGrid::cell_area() const { return cell_m * cell_m / std::fabs(normal[axis]); }
+
+void PlaneExtents::place(Arena& arena, const VolumeShape& shape) {
+    voxel_m_ = static_cast<double>(shape.voxel_m);
+    cells_ = arena.allocate<std::uint8_t>(kCells, 64);
+    trace_ = arena.allocate<std::uint8_t>(kCells + 4 * kSide + 8, 64);
+    // Closing pads each side by its radius and rows to whole words: for the longest and thinnest grid.
+    words_ = arena.allocate<std::uint64_t>(kCells / 64 + 8 * kSide, 64);
+    runs_ = arena.allocate<CellRun>(kRuns, 64);
+    points_ = arena.allocate<CellPoint>(kPoints, 64);
+    rings_ = arena.allocate<OutlineRing>(kRings, 64);
+    meetings_ = arena.allocate<CellPoint>(kMeetings, 64);
+    spans_ = arena.allocate<std::int32_t>(2 * kSide, 64);
+    chain_ = arena.allocate<std::int32_t>(kSide, 64);
+}
+
+bool PlaneExtents::raster(const Overlay& overlay, const ChunkPlanes* chunks, const PlaneSet& set,
+                          std::uint16_t plane, ExtentGrid* out) {
+    const GlobalPlane& p = set.at(plane);
+    out->normal = p.normal;
+    out->offset = p.offset;
+    out->axis = 0;
+    for (int r = 1; r < 3; ++r)
+        if (std::fabs(p.normal[r]) > std::fabs(p.normal[out->axis])) out->axis = r;
+    out->across = out->axis == 0 ? 1 : 0;
+    out->along = out->axis == 2 ? 1 : 2;
+    const auto for_patches = [&](auto&& body) {
+        for (std::uint32_t entry = 0; entry < overlay.count(); ++entry)
+            for (int i = 0; i < chunks[entry].count; ++i)
+                if (chunks[entry].patch[i].plane == plane)
+                    body(unpack_key(overlay.key(entry)), chunks[entry].patch[i]);
+    };
+    std::int32_t low[2] = {INT32_MAX, INT32_MAX}, high[2] = {INT32_MIN, INT32_MIN};  // chunks
+    for_patches([&](Vec3i c, const Patch&) {
+        low[0] = std::min(low[0], c[out->across]), high[0] = std::max(high[0], c[out->across]);
+        low[1] = std::min(low[1], c[out->along]), high[1] = std::max(high[1], c[out->along]);
+    });
+    if (low[0] > high[0]) return false;
+    // Half a metre around it, so that it can be drawn to where it meets others.
+    const int margin = 1 + static_cast<int>(kMeetingM / (kChunkSide * voxel_m_));
+    const std::int64_t wide = std::int64_t{high[0]} - low[0] + 1 + 2 * margin,
+                       tall = std::int64_t{high[1]} - low[1] + 1 + 2 * margin;
+    int shift = 0;  // step = 1 << shift
+    while (shift < 3 && ((wide * 8 >> shift) * (tall * 8 >> shift) > kCells ||
+                         (wide * 8 >> shift) > kSide - 8 || (tall * 8 >> shift) > kSide - 8))
+        ++shift;
+    if ((wide * 8 >> shift) * (tall * 8 >> shift) > kCells || (wide * 8 >> shift) > kSide - 8 ||
+        (tall * 8 >> shift) > kSide - 8)
+        return false;  // 800 m^2 at 5 mm
+    out->step = 1 << shift;
+    out->cell_m = out->step * voxel_m_;
+    out->u0 = (low[0] - margin) * 8 >> shift;
+    out->v0 = (low[1] - margin) * 8 >> shift;
+    out->grid = {cells_, static_cast<int>(wide * 8 >> shift), static_cast<int>(tall * 8 >> shift)};
+    std::memset(cells_, kCellUnknown, static_cast<std::size_t>(out->grid.width) * out->grid.height);
+    for_patches([&](Vec3i c, const Patch& patch) {
+        for (std::uint64_t left = patch.cells; left != 0; left &= left - 1) {
+            const int bit = std::countr_zero(left);
+            Vec3i x{c.x * 8, c.y * 8, c.z * 8};
+            const int a = patch.axis == 0 ? 1 : 0, b = patch.axis == 2 ? 1 : 2;
+            x[a] += bit & 7;
+            x[b] += bit >> 3;
+            if (patch.axis != out->axis) {
+                // Seen along another axis than the plane's: the voxel of the column that the plane passes.
+                const double at = -(p.offset + p.normal[a] * (x[a] + 0.5) * voxel_m_ +
+                                    p.normal[b] * (x[b] + 0.5) * voxel_m_) /
+                                  (p.normal[patch.axis] * voxel_m_);
+                if (!(std::fabs(at) < 1e9)) continue;
+                x[patch.axis] = static_cast<std::int32_t>(std::floor(at));
+            }
+            const int u = (x[out->across] >> shift) - out->u0, v = (x[out->along] >> shift) - out->v0;
+            if (u >= 0 && v >= 0 && u < out->grid.width && v < out->grid.height)
+                out->grid.row(v)[u] = kCellSeen;
+        }
+    });
+    close_seen(out->grid, std::max(1, kCloseCells >> shift), words_);
+    const double cell = out->cell_area();
+    remove_small_components(out->grid, mask_of(kCellSeen), static_cast<std::uint32_t>(kLeastIslandM2 / cell),
+                            runs_, kRuns);
+    return true;
+}
+
+Outline PlaneExtents::outline(const ExtentGrid& g, CellMask mask, OutlineCounts* counts) {
+    const Outline out{points_, kPoints, rings_, kRings};
+    OutlineOptions options;
+    options.mask = mask;
+    options.min_island_cells = static_cast<std::int64_t>(kLeastIslandM2 / g.cell_area());
+    options.min_hole_cells = static_cast<std::int64_t>(kLeastHoleM2 / g.cell_area());
+    *counts = trace_outline(g.grid, options, out, trace_);
+    // Too ragged for the room there is: the largest features only.
+    while ((counts->points > kPoints || counts->rings > kRings) && options.min_hole_cells < INT32_MAX) {
+        options.min_island_cells = 4 * options.min_island_cells + 4;
+        options.min_hole_cells = 4 * options.min_hole_cells + 4;
+        *counts = trace_outline(g.grid, options, out, trace_);
+    }
+    if (counts->points > kPoints || counts->rings > kRings) {
+        *counts = {};
+        return out;
+    }
+    *counts = simplify_outline(out, *counts, kTolerance, trace_);
+    return out;
+}
+
+// Cells whose place on the plane was seen to be empty.
+void PlaneExtents::block_empty(const Volume& volume, const ExtentGrid& g) const {
+    // Behind a surface nothing was seen, whatever the distances there; in front of it everything was.
+    const float empty = 1.5f * volume.voxel_m() / volume.units_to_m();
+    ChunkKey last_key = 0;
+    std::uint32_t slot = kNoChunk;
+    for (int v = 0; v < g.grid.height; ++v)
+        for (int u = 0; u < g.grid.width; ++u) {
+            std::uint8_t& cell = g.grid.row(v)[u];
+            if (cell != kCellUnknown) continue;
+            const Vec3d x = g.point(u + 0.5, v + 0.5);
+            Vec3i at;
+            bool in_range = true;
+            for (int r = 0; r < 3; ++r) {
+                const double lattice = std::floor(x[r] / voxel_m_);
+                in_range = in_range && std::fabs(lattice) < 8.0 * (kChunkLimit - 1);
+                at[r] = in_range ? static_cast<std::int32_t>(lattice) : 0;
+            }
+            if (!in_range) continue;
+            const ChunkKey key = pack_key({at.x >> 3, at.y >> 3, at.z >> 3});
+            if (key != last_key) {
+                slot = volume.find(key);
+                last_key = key;
+            }
+            if (slot == kNoChunk) continue;
+            const int i = (at.z & 7) << 6 | (at.y & 7) << 3 | (at.x & 7);
+            const ChunkGeometry& chunk = volume.geometry(slot);
+            if (chunk.weight[i] > 0 && static_cast<float>(chunk.sdf[i]) > empty) cell = kCellBlocked;
+        }
+}
+
+// Where another plane crosses this one, and was seen there, this one ends.
+void PlaneExtents::block_crossing(const Overlay& overlay, const ChunkPlanes* chunks, const PlaneSet& set,
+                                  std::uint16_t plane, const ExtentGrid& g) const {
+    const double side = kChunkSide * voxel_m_;
+    for (std::uint32_t q = 0; q < set.used(); ++q) {
+        const GlobalPlane& other = set.at(q);
+        if (q == plane || other.id == 0 || other.area_m2 < 0.1) continue;
+        if (std::fabs(dot(other.normal, g.normal)) > 0.5) continue;  // steeper than 60 degrees
+        // Along the direction in which the line of both is flatter, one cell a step.
+        const Vec3d line = cross(other.normal, g.normal);
+        const bool by_u = std::fabs(line[g.across]) >= std::fabs(line[g.along]);
+        const int steps = by_u ? g.grid.width : g.grid.height;
+        for (int i = 0; i < steps; ++i) {
+            // other.normal . point(u, v) + other.offset is linear in u and v.
+            const double f0 = other.distance(by_u ? g.point(i + 0.5, 0) : g.point(0, i + 0.5));
+            const double f1 = other.distance(by_u ? g.point(i + 0.5, 1) : g.point(1, i + 0.5));
+            if (!(std::fabs(f1 - f0) > 0)) continue;
+            const double at = -f0 / (f1 - f0);
+            if (!(at >= 0 && at < (by_u ? g.grid.height : g.grid.width))) continue;
+            const Vec3d x = by_u ? g.point(i + 0.5, at) : g.point(at, i + 0.5);
+            const Vec3i c{static_cast<std::int32_t>(std::floor(x.x / side)),
+                          static_cast<std::int32_t>(std::floor(x.y / side)),
+                          static_cast<std::int32_t>(std::floor(x.z / side))};
+            bool seen = false;
+            for (int n = 0; n < 27 && !seen; ++n) {
+                const Vec3i b{c.x + n % 3 - 1, c.y + n / 3 % 3 - 1, c.z + n / 9 - 1};
+                const std::uint32_t entry = chunk_in_range(b) ? overlay.find(pack_key(b)) : kNoChunk;
+                if (entry == kNoChunk) continue;
+                for (int k = 0; k < chunks[entry].count; ++k)
+                    seen = seen || chunks[entry].patch[k].plane == q;
+            }
+            if (!seen) continue;
+            // Two cells, so that a line of cells that meet at corners lets nothing through.
+            for (int d = 0; d < 2; ++d) {
+                const int w = static_cast<int>(at) + d;
+                if (w >= (by_u ? g.grid.height : g.grid.width)) continue;
+                std::uint8_t& cell = by_u ? g.grid.row(w)[i] : g.grid.row(i)[w];
+                if (cell == kCellUnknown) cell = kCellBlocked;
+            }
+        }
+    }
+}
+
+// Corners of what was seen that lie close to where the plane meets another are drawn there.
+std::uint32_t PlaneExtents::meeting_points(const PlaneSet& set, std::uint16_t plane, const ExtentGrid& g) {
+    convex_hull(g.grid, mask_of(kCellSeen), nullptr, 0, spans_, chain_);
+    std::uint32_t count = 0;
+    for (std::uint32_t q = 0; q < set.used(); ++q) {
+        const GlobalPlane& other = set.at(q);
+        if (q == plane || other.id == 0 || other.area_m2 < 0.1) continue;
+        const double cosine = dot(other.normal, g.normal);
+        if (std::fabs(cosine) > 0.5) continue;
+        const Vec3d within = other.normal - g.normal * cosine;  // steepest way to the other, in this plane
+        const double slope = dot(within, within);
+        Vec3d low = other.low, high = other.high;
+        for (int v = 0; v < g.grid.height; v += std::max(1, g.grid.height / 64))
+            for (int end = 0; end < 2; ++end) {
+                if (spans_[2 * v] > spans_[2 * v + 1]) break;
+                const Vec3d x = g.point(spans_[2 * v + end] + 0.5, v + 0.5);
+                const double distance = other.distance(x);
+                if (!(distance > 0 && distance < kMeetingM)) continue;
+                const Vec3d foot = x - within * (distance / slope);
+                bool beside = true;  // the other was seen thereabouts
+                for (int r = 0; r < 3; ++r)
+                    beside = beside && foot[r] > low[r] - kMeetingM && foot[r] < high[r] + kMeetingM;
+                const int u = static_cast<int>(std::floor(foot[g.across] / g.cell_m)) - g.u0,
+                          w = static_cast<int>(std::floor(foot[g.along] / g.cell_m)) - g.v0;
+                if (!beside || u < 0 || w < 0 || u >= g.grid.width || w >= g.grid.height ||
+                    count == kMeetings)
+                    continue;
+                meetings_[count++] = {u, w};
+            }
+    }
+    return count;
+}
+
+std::uint64_t PlaneExtents::complete(const Volume& volume, const Overlay& overlay, const ChunkPlanes* chunks,
+                                     const PlaneSet& set, std::uint16_t plane, const ExtentGrid& g) {
+    FillOptions options;
+    options.hull_points = meetings_;
+    options.hull_point_count = meeting_points(set, plane, g);
+    block_empty(volume, g);
+    block_crossing(overlay, chunks, set, plane, g);
+    const FillScratch scratch{spans_, chain_, runs_, kRuns};
+    return fill_missing(g.grid, options, scratch).filled_cells;
+}
+
+}  // namespace burin

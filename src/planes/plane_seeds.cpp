@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// Step two of Dzitsiuk et al. (ICRA 2017): new global planes from the patches that belong to none.
+#include <algorithm>
+#include <cmath>
+
+#include "core/hash.h"
+#include "planes/plane_layer.h"
+
+namespace burin {
+namespace {
+
+Vec3d patch_middle(const Patch& p, Vec3d centre) {
+    return centre + Vec3d{p.p[0], p.p[1], p.p[2]} * (1 / static_cast<double>(p.n));
+}
+
+}  // namespace
+
+std::uint32_t PlaneLayer::list_unassigned() {
+    std::uint32_t count = 0;
+    for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry)
+        for (std::uint32_t i = 0; i < chunks_[entry].count; ++i)
+            if (chunks_[entry].patch[i].plane == kNoPlane && count < options_.chunks)
+                unassigned_[count++] = 4 * entry + i;
+    return count;
+}
+
+std::uint32_t PlaneLayer::choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin,
+                                         Scatter* sums, double* area, Vec3d* grown_low, Vec3d* grown_high) {
+    std::uint32_t count = 0;
+    *sums = {};
+    *area = 0;
+    for (std::uint32_t u = 0; u < unassigned_count_; ++u) {
+        const std::uint32_t entry = unassigned_[u] >> 2;
+        const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
+        if (dot(fit.normal, patch.unit_normal()) < set_.rules.least_cosine) continue;
+        const Vec3d centre = centre_of(overlay_.key(entry)), middle = patch_middle(patch, centre);
+        if (std::fabs(dot(fit.normal, middle) + fit.offset) > set_.rules.gate(patch)) continue;
+        bool inside = true;
+        for (int r = 0; r < 3; ++r)
+            inside = inside && middle[r] >= low[r] - margin && middle[r] <= high[r] + margin;
+        if (!inside) continue;
+        members_[count++] = unassigned_[u];
+        sums->add(patch.scatter(centre));
+        *area += patch_area(patch, static_cast<double>(shape_.voxel_m));
+        for (int r = 0; r < 3; ++r) {
+            (*grown_low)[r] = std::min((*grown_low)[r], middle[r]);
+            (*grown_high)[r] = std::max((*grown_high)[r], middle[r]);
+        }
+    }
+    return count;
+}
+
+// RANSAC over the candidates: one patch is a hypothesis, and counts those that agree with it within reach of
+// its own direction; the best is grown, by new fits to ever more members, as far as they hang together.
+int PlaneLayer::seed(int tries) {
+    unassigned_count_ = list_unassigned();
+    constexpr std::uint32_t kLeastPatches = 8;  // 2 x 4 chunks
+    constexpr double kLeastArea = 0.012;        // m^2: 8 chunks of 40 mm
+    if (unassigned_count_ < kLeastPatches) return 0;
+    constexpr double kLocal =
+        0.2;  // metres: a patch's direction is sure to 3 degrees, 10 mm at this distance
+    constexpr double kMargin = 0.1;  // metres: members of one plane are no farther apart
+    Scatter sums, best_sums;
+    double area, best_area = 0;
+    Vec3d low, high, best_low, best_high, normal;
+    for (int t = 0; t < tries; ++t) {
+        random_ += 0x9e3779b97f4a7c15ULL;
+        const std::uint32_t u = static_cast<std::uint32_t>((mix64(random_) >> 32) * unassigned_count_ >> 32);
+        const std::uint32_t entry = unassigned_[u] >> 2;
+        const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
+        PlaneFit fit;
+        const Vec3d middle = patch_middle(patch, centre_of(overlay_.key(entry)));
+        fit.normal = patch.unit_normal();
+        fit.offset = -dot(fit.normal, middle);
+        low = high = middle;
+        choose_members(fit, middle, middle, kLocal, &sums, &area, &low, &high);
+        if (!(area > best_area)) continue;
+        best_area = area;
+        best_sums = sums;
+        best_low = low;
+        best_high = high;
+        normal = fit.normal;
+    }
+    if (best_area < kLeastArea) return 0;
+    std::uint32_t members = 0;
+    // Doubles in extent a round at most; when nothing joins, it is done.
+    for (int round = 0; round < 24; ++round) {
+        const PlaneFit fit = fit_plane(best_sums, normal);
+        normal = fit.normal;
+        low = best_low;
+        high = best_high;
+        const std::uint32_t before = members;
+        members = choose_members(fit, best_low, best_high, kMargin, &sums, &area, &low, &high);
+        if (members < kLeastPatches) return 0;
+        best_sums = sums;
+        best_low = low;
+        best_high = high;
+        best_area = area;
+        if (members == before) break;
+    }
+    if (members < kLeastPatches || best_area < kLeastArea) return 0;
+    const std::uint16_t plane = set_.create(best_sums, normal);
+    if (plane == kNoPlane) return 0;
+    for (std::uint32_t m = 0; m < members; ++m) {
+        const std::uint32_t entry = members_[m] >> 2;
+        Patch& patch = chunks_[entry].patch[members_[m] & 3];
+        patch.plane = plane;
+        set_.add(plane, patch, centre_of(overlay_.key(entry)));
+    }
+    return 1;
+}
+
+}  // namespace burin
