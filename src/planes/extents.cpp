@@ -133,7 +133,8 @@ Outline PlaneExtents::outline(const ExtentGrid& g, CellMask mask, OutlineCounts*
 // Cells whose place on the plane was seen to be empty.
 void PlaneExtents::block_empty(const Volume& volume, const ExtentGrid& g) const {
     // Behind a surface nothing was seen, whatever the distances there; in front of it everything was.
-    const float empty = 1.5f * volume.voxel_m() / volume.units_to_m();
+    // Seen aslant, a voxel on the plane may read up to three times its half voxel.
+    const float empty = 2.5f * volume.voxel_m() / volume.units_to_m();
     ChunkKey last_key = 0;
     std::uint32_t slot = kNoChunk;
     for (int v = 0; v < g.grid.height; ++v)

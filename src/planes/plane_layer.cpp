@@ -11,8 +11,10 @@ namespace burin {
 namespace {
 
 constexpr std::uint32_t kSlowTurns =
-    8;                              // chunks that did not change follow their planes at every eighth turn
-constexpr double kPullReach = 1.0;  // voxels: three standard deviations of a fused surface's noise
+    8;  // chunks that did not change follow their planes at every eighth turn
+// Voxels that differ from a plane by more than this are something else: four standard deviations of the fused
+// surface there, but one voxel at least, so that a chunk that happens to be smooth joins, and two at most.
+constexpr float kReachSigmas = 4, kLeastReach = 1, kMostReach = 2;  // the latter in voxels
 // Observations that a patch of support counts for: a plane of a square metre (625 chunks at 5 mm) outweighs a
 // voxel seen 255 times by 25 to 1, one of a quarter by 6 to 1.
 constexpr float kObservationsPerPatch = 10;
@@ -223,21 +225,27 @@ void PlaneLayer::gather_pulls(const Volume& volume, Work* work) const {
                     (0.5 * kChunkSide * (std::fabs(n.x) + std::fabs(n.y) + std::fabs(n.z)) + 1) * voxel;
                 if (p == 4 || std::fabs(plane.distance(centre)) > reach) continue;
                 work->pull[work->pulls] = patch.plane;
+                work->rms_m[work->pulls] = 0;
                 work->stretch[work->pulls++] = 0;
             } else if (at != 13 && patches[p] < 0) {
                 continue;  // the chunk's own patch tells it better
             }
             if (at == 13) {
                 work->stretch[p] = patch.stretch;
+                work->rms_m[p] = patch.rms_m;
                 patches[p] = -1;
             } else {
                 work->stretch[p] += patch.stretch;
+                work->rms_m[p] += patch.rms_m;
                 ++patches[p];
             }
         }
     }
     for (int p = 0; p < work->pulls; ++p)
-        if (patches[p] > 0) work->stretch[p] /= static_cast<float>(patches[p]);
+        if (patches[p] > 0) {
+            work->stretch[p] /= static_cast<float>(patches[p]);
+            work->rms_m[p] /= static_cast<float>(patches[p]);
+        }
 }
 
 void PlaneLayer::pull(Volume& volume, Work& work) {
@@ -252,7 +260,9 @@ void PlaneLayer::pull(Volume& volume, Work& work) {
         for (int r = 0; r < 3; ++r) m.a[r] = static_cast<float>(plane.normal[r]) * (half_voxel * s);
         m.c = static_cast<float>(plane.distance(centre)) * (per_m * s);
         pulls[p].strength = 64 * kObservationsPerPatch * static_cast<float>(plane.patches);
-        pulls[p].reach = static_cast<float>(kPullReach) * shape_.voxel_m * per_m * s;
+        const float reach_m = std::clamp(kReachSigmas * work.rms_m[p], kLeastReach * shape_.voxel_m,
+                                         kMostReach * shape_.voxel_m);
+        pulls[p].reach = reach_m * per_m * s;
     }
     const ChunkGeometry& raw = volume.geometry(work.slot);
     ChunkGeometry& out = overlay_.geometry(work.entry);

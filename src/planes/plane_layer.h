@@ -81,7 +81,9 @@ class PlaneLayer {
     Vec3d centre_of(ChunkKey key) const;
     // Whether the plane is there and large enough to be told.
     bool told(const GlobalPlane& plane) const {
-        return plane.id != 0 && plane.area_m2 >= options_.least_area_m2;
+        // What is rough by a voxel is a hedge, a curtain, or noise.
+        return plane.id != 0 && plane.area_m2 >= options_.least_area_m2 &&
+               plane.rms_m() < static_cast<double>(shape_.voxel_m);
     }
     const PlaneOptions& options() const { return options_; }
     // Chunks that found no room since clear().
@@ -102,7 +104,7 @@ class PlaneLayer {
         std::int8_t found;  // candidates; -1: not looked for
         std::uint8_t pulls;
         std::uint16_t pull[4];
-        float stretch[4];
+        float stretch[4], rms_m[4];
         Patch patch[kChunkPlanes];
     };
     static constexpr std::uint32_t kBatch = 512;

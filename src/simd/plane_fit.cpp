@@ -77,8 +77,10 @@ void pull_to_planes(const std::int16_t* sdf, const std::uint16_t* weight, const 
                 strength = pulls[k].strength;
                 per_reach = 1.0f / pulls[k].reach;
             }
-            const float t = least * per_reach, q = 1.0f - t * t, s = strength * (q * q);
-            const float near = least * (s / (static_cast<float>(weight[i]) + s));
+            const float w = static_cast<float>(weight[i]), often = w * (1.0f / kSeenOften);
+            const float seen = often < kLeastSeen ? kLeastSeen : often < 1.0f ? often : 1.0f;
+            const float t = least * per_reach, q = 1.0f - (t * t) * seen, s = strength * (q * q);
+            const float near = least * (s / (w + s));
             const bool stays = !(q > 0) || weight[i] == 0 || sdf[i] > kPullLimit || sdf[i] < -kPullLimit;
             const float to = std::nearbyint(f + near);
             out[i] = stays ? sdf[i]

@@ -52,14 +52,18 @@ int tukey_weights(const std::uint16_t* residuals, const std::uint8_t* chosen, fl
 struct Pull {
     PlaneModel plane;
     float strength;  // weight of the plane where the voxel agrees, in units of the stored weights
-    float reach;     // voxels that differ by this or more stay
+    float reach;     // voxels that differ by this or more stay; more where they were seen seldom
 };
 // Voxels beyond this are nearly truncated: their distances tell no more.
 inline constexpr int kPullLimit = 30000;
+inline constexpr float kSeenOften = 16 * 64.0f;  // sixteen observations
+inline constexpr float kLeastSeen = 1.0f / 9;    // three times the reach at most
 
 // Each distance joins the plane of the `count` (1 to 4) that it differs least from (the first, of equals),
-// with r = the difference: W sdf + s plane over W + s, s = strength (1 - (r / reach)^2)^2, W its stored
-// weight. Those beyond kPullLimit or with W = 0 stay as they are.
+// with
+// r = the difference: W sdf + s plane over W + s, s = strength (1 - t)^2, t = (r / reach)^2 seen, W its
+// stored weight, seen = W / kSeenOften, but from kLeastSeen to 1: the noise of a mean of k readings falls
+// with sqrt(k). Those beyond kPullLimit or with W = 0 stay as they are.
 void pull_to_planes(const std::int16_t* sdf, const std::uint16_t* weight, const Pull* pulls, int count,
                     std::int16_t* out);
 

@@ -190,9 +190,12 @@ void PullToPlanes(const std::int16_t* HWY_RESTRICT sdf, const std::uint16_t* HWY
                 strength = hn::IfThenElse(nearer, s, strength);
                 per_reach = hn::IfThenElse(nearer, p, per_reach);
             }
-            const auto t = hn::Mul(least, per_reach), q = hn::Sub(one, hn::Mul(t, t)),
+            const auto w = hn::ConvertTo(d, known);
+            const auto seen =
+                hn::Min(hn::Max(hn::Mul(w, hn::Set(d, 1.0f / kSeenOften)), hn::Set(d, kLeastSeen)), one);
+            const auto t = hn::Mul(least, per_reach), q = hn::Sub(one, hn::Mul(hn::Mul(t, t), seen)),
                        s = hn::Mul(strength, hn::Mul(q, q));
-            const auto moved = hn::Add(f, hn::Mul(least, hn::Div(s, hn::Add(hn::ConvertTo(d, known), s))));
+            const auto moved = hn::Add(f, hn::Mul(least, hn::Div(s, hn::Add(w, s))));
             const auto moves =
                 hn::And(hn::And(hn::RebindMask(di, hn::Gt(q, hn::Zero(d))), hn::Gt(known, hn::Zero(di))),
                         hn::Lt(hn::Abs(stored), hn::Set(di, kPullLimit + 1)));
