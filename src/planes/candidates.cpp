@@ -177,13 +177,17 @@ class ChunkFit {
 
     // Iteratively re-weighted least squares from `model`. True when what is left is a plane.
     bool settle(PlaneModel* model) {
+        float sigma = 0;
         for (int i = 0; i < kIterations; ++i) {
             const float s = stretch(*model), voxel = units_per_voxel_ * s;
             if (!plausible(s)) return false;
             simd::plane_residuals(chunk_.sdf, *model, residuals_);
-            const float mad = median(residuals_, chosen_, left_, voxel / 64);
-            const float sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel,
-                                           std::max(kMostSigma * 32767.0f, kLeastSigma * voxel));
+            // The scale settles before the plane does.
+            if (i < kIterations - 1) {
+                const float mad = median(residuals_, chosen_, left_, voxel / 64);
+                sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel,
+                                   std::max(kMostSigma * 32767.0f, kLeastSigma * voxel));
+            }
             cut_ = kTukey * sigma;
             if (simd::tukey_weights(residuals_, chosen_, cut_, weights_) <
                 kLeastVoxels * simd::kFullWeight / 2)
@@ -202,30 +206,27 @@ class ChunkFit {
 
     // Enough voxels, close enough, and few others beside the plane that contradict it.
     bool judge(const PlaneModel& model, float voxel) {
-        double squares = 0;
-        std::int32_t weight = 0;
-        int near = 0, agree = 0;
-        const float inverse = 1 / voxel;
+        // Whole numbers, 128 units (1/256 of the truncation) a step, so that the loops become vectors.
+        std::int32_t squares = 0, weight = 0, near = 0, agree = 0;
+        for (int i = 0; i < 512; ++i) {
+            const std::int32_t w = weights_[i], q = (residuals_[i] + 64) >> 7;
+            weight += w;
+            squares += w * q * q;
+        }
+        // Where the plane would have surface, within a voxel of it, its voxels have to agree.
         for (int row = 0; row < 64; ++row) {
             const float y = static_cast<float>(2 * (row & 7) - 7), z = static_cast<float>(2 * (row >> 3) - 7);
             const float base = (model.a[1] * y + model.a[2] * z) + model.c;
+            const std::uint8_t *chosen = chosen_ + 8 * row, *weights = weights_ + 8 * row;
             for (int x = 0; x < 8; ++x) {
-                const int i = 8 * row + x;
-                if (!chosen_[i]) continue;
-                const float r = static_cast<float>(residuals_[i]) * inverse;
-                if (weights_[i]) {
-                    squares += static_cast<double>(weights_[i]) * static_cast<double>(r * r);
-                    weight += weights_[i];
-                }
-                // Where the plane would have surface, within a voxel of it.
                 const float at = base + model.a[0] * static_cast<float>(2 * x - 7);
-                if (std::fabs(at) > voxel) continue;
-                ++near;
-                agree += weights_[i] != 0;
+                const int here = (std::fabs(at) <= voxel) & (chosen[x] != 0);
+                near += here;
+                agree += here & (weights[x] != 0);
             }
         }
         if (weight == 0 || near == 0) return false;
-        rms_voxels_ = static_cast<float>(std::sqrt(squares / weight));
+        rms_voxels_ = 128 * std::sqrt(static_cast<float>(squares) / static_cast<float>(weight)) / voxel;
         return weight >= kLeastVoxels * simd::kFullWeight && rms_voxels_ * voxel <= kFlat * 32767.0f &&
                static_cast<float>(agree) >= kInlierShare * static_cast<float>(near);
     }

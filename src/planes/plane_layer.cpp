@@ -10,6 +10,9 @@
 namespace burin {
 namespace {
 
+constexpr std::uint32_t kKnownTurns =
+    4;  // chunks that are drawn to planes already are fitted at every fourth
+
 constexpr std::uint32_t kSlowTurns =
     8;  // chunks that did not change follow their planes at every eighth turn
 // Voxels that differ from a plane by more than this are something else: four standard deviations of the fused
@@ -75,7 +78,10 @@ std::uint32_t PlaneLayer::list_due(const Volume& volume, std::uint64_t frame) {
         if (static_cast<float>(volume.least_distance(slot)) > near) continue;
         const Vec3i c = unpack_key(volume.key(slot));
         const std::uint64_t turn = mix64(pack_key({c.x >> 2, c.y >> 2, c.z >> 2})) + frame;
-        if (turn % (changed ? interval : slow) != 0) continue;
+        const std::uint64_t every = !changed                        ? slow
+                                    : volume.over(slot) == kNoChunk ? interval
+                                                                    : interval * kKnownTurns;
+        if (turn % every != 0) continue;
         if (!changed && chunks_[volume.over(slot)].revision == set_.revision()) continue;
         turn_[count++] = slot;
     }
