@@ -15,6 +15,7 @@ using simd::PlaneSums;
 
 constexpr float kBand = 0.6f;     // of the truncation: distances beyond hold more of it than of the surface
 constexpr int kLeastVoxels = 40;  // a plane through a chunk has 64 voxels within half a voxel
+constexpr int kLeastLeft = 96;    // of what one plane leaves, for another: fewer are its noise
 constexpr float kFlat = 0.15f;    // of the truncation: rms of what is still a plane, not a curve or clutter
 constexpr float kTukey = 4.685f;  // 95 % efficiency for normal residuals
 constexpr float kMadToSigma = 1.4826f;
@@ -72,17 +73,21 @@ bool solve(const PlaneSums& s, int flat, float slope, PlaneModel* out) {
     return true;
 }
 
-// The median of the residuals of the chosen voxels, by counting.
-float median(const std::uint16_t* residuals, const std::uint8_t* chosen, int count, float per_bin) {
-    constexpr int kBins = 256;
-    std::uint16_t bins[kBins] = {};
-    const float scale = 1 / per_bin;
+// The median of the residuals of the `count` chosen voxels, to one part in 256 of `most`: by bisection, since
+// counting is what vectors are good at.
+float median(const std::uint16_t* residuals, const std::uint8_t* chosen, int count, float most) {
+    std::uint16_t masked[512];
     for (int i = 0; i < 512; ++i)
-        if (chosen[i])
-            ++bins[std::min(kBins - 1, static_cast<int>(static_cast<float>(residuals[i]) * scale))];
-    int below = 0, bin = 0;
-    while (bin < kBins - 1 && 2 * (below + bins[bin]) <= count) below += bins[bin++];
-    return (static_cast<float>(bin) + 0.5f) * per_bin;
+        masked[i] = static_cast<std::uint16_t>(residuals[i] | (chosen[i] ? 0 : 0xffff));
+    auto low = 0, high = static_cast<int>(std::min(most, 65534.0f));
+    const int step = std::max(1, high / 256);
+    while (high - low > step) {
+        const auto middle = static_cast<std::uint16_t>((low + high) / 2);
+        std::uint16_t below = 0;
+        for (int i = 0; i < 512; ++i) below = static_cast<std::uint16_t>(below + (masked[i] <= middle));
+        (2 * below > count ? high : low) = middle;
+    }
+    return 0.5f * static_cast<float>(low + high);
 }
 
 class ChunkFit {
@@ -95,6 +100,13 @@ class ChunkFit {
                                     chosen_);
     }
     int left() const { return left_; }
+    // Some of the voxels lie in front of the surface. Where none do it passes in the next chunk, whose own
+    // voxels in front of it tell of it.
+    bool in_front() const {
+        bool any = false;
+        for (int i = 0; i < 512; ++i) any |= (chosen_[i] != 0) & (chunk_.sdf[i] >= 0);
+        return any;
+    }
 
     // One plane among the chosen voxels; those that belong to it are then no longer chosen.
     bool next(Patch* out) {
@@ -109,7 +121,7 @@ class ChunkFit {
             int most = kLeastVoxels - 1;
             PlaneModel best;
             for (const PlaneSums& s : octants) {
-                if (s.w < 8 * simd::kFullWeight || !solve(s, flat_, slope_, &model)) continue;
+                if (s.w < 16 * simd::kFullWeight || !solve(s, flat_, slope_, &model)) continue;
                 const int votes = count_near(model);
                 if (votes > most) most = votes, best = model;
             }
@@ -118,10 +130,13 @@ class ChunkFit {
             if (!settle(&model)) return false;
         }
         describe(model, out);
-        for (int i = 0; i < 512; ++i)
-            if (static_cast<float>(residuals_[i]) < cut_) chosen_[i] = 0;
-        left_ = 0;
-        for (int i = 0; i < 512; ++i) left_ += chosen_[i] != 0;
+        const auto taken = static_cast<std::uint16_t>(std::min(cut_, 65535.0f));
+        std::uint16_t left = 0;
+        for (int i = 0; i < 512; ++i) {
+            chosen_[i] = residuals_[i] < taken ? std::uint8_t{0} : chosen_[i];
+            left = static_cast<std::uint16_t>(left + (chosen_[i] != 0));
+        }
+        left_ = left;
         return true;
     }
 
@@ -184,7 +199,7 @@ class ChunkFit {
             simd::plane_residuals(chunk_.sdf, *model, residuals_);
             // The scale settles before the plane does.
             if (i < kIterations - 1) {
-                const float mad = median(residuals_, chosen_, left_, voxel / 64);
+                const float mad = median(residuals_, chosen_, left_, 4 * voxel);
                 sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel,
                                    std::max(kMostSigma * 32767.0f, kLeastSigma * voxel));
             }
@@ -196,7 +211,12 @@ class ChunkFit {
             simd::sum_octants(chunk_.sdf, weights_, octants);
             sums_ = {};
             for (const PlaneSums& o : octants) sums_ += o;
+            const PlaneModel before = *model;
             if (!solve(sums_, flat_, slope_, model)) return false;
+            // Nowhere in the chunk farther than a fiftieth of a voxel from the last: settled.
+            float change = std::fabs(model->c - before.c);
+            for (int r = 0; r < 3; ++r) change += 7 * std::fabs(model->a[r] - before.a[r]);
+            if (change < 0.02f * voxel) break;
         }
         const float s = stretch(*model), voxel = units_per_voxel_ * s;
         if (!plausible(s)) return false;
@@ -274,17 +294,22 @@ class ChunkFit {
         mark_cells(out);
     }
 
-    // Columns with a voxel of the plane within one voxel of the surface.
+    // Columns with a voxel of the plane where the surface passes: within half a voxel along the axis, and
+    // some noise.
     void mark_cells(Patch* out) const {
-        const float voxel = units_per_voxel_ * out->stretch;
-        for (int i = 0; i < 512; ++i) {
-            if (!weights_[i]) continue;
-            const int at[3] = {i & 7, i >> 3 & 7, i >> 6};
-            const float f = std::fabs(static_cast<float>(chunk_.sdf[i]));
-            // Half a voxel along the axis, and some noise: the surface passes this column in this chunk.
-            if (f > 0.6f * voxel * std::fabs(out->normal[out->axis])) continue;
-            const int a = at[out->axis == 0 ? 1 : 0], b = at[out->axis == 2 ? 1 : 2];
-            out->cells |= std::uint64_t{1} << (8 * b + a);
+        const float most = 0.6f * units_per_voxel_ * out->stretch * std::fabs(out->normal[out->axis]);
+        const auto limit = static_cast<std::int16_t>(std::min(most, 32767.0f));
+        std::uint8_t here[512];
+        for (int i = 0; i < 512; ++i)
+            here[i] = (chunk_.sdf[i] <= limit) & (chunk_.sdf[i] >= -limit) & (weights_[i] != 0);
+        for (int row = 0; row < 64; ++row) {  // y + 8 z
+            std::uint64_t eight;
+            std::memcpy(&eight, here + 8 * row, 8);
+            // The eight bytes of 0 or 1 as the highest byte of the product: byte x is bit x (little-endian).
+            const std::uint64_t bits = eight * 0x0102040810204080u >> 56;
+            if (out->axis == 2) out->cells |= bits << (8 * (row & 7));
+            if (out->axis == 1) out->cells |= bits << (8 * (row >> 3));
+            if (out->axis == 0) out->cells |= std::uint64_t{bits != 0} << row;
         }
     }
 
@@ -318,7 +343,10 @@ Scatter Patch::scatter(Vec3d c) const {
 int find_candidates(const Volume& volume, std::uint32_t slot, Patch* out) {
     ChunkFit fit(volume, slot);
     int count = 0;
-    while (count < kChunkPlanes && fit.left() >= kLeastVoxels && fit.next(out + count)) ++count;
+    if (!fit.in_front()) return 0;
+    while (count < kChunkPlanes && fit.left() >= (count == 0 ? kLeastVoxels : kLeastLeft) &&
+           fit.next(out + count))
+        ++count;
     return count;
 }
 

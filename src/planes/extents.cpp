@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+
 #include <cstring>
 
 #include "planes/plane_layer.h"
@@ -15,6 +16,7 @@ constexpr int kCloseCells = 2;  // gaps of up to 4 cells: noise, and planes betw
 constexpr double kLeastIslandM2 = 0.002;  // 45 x 45 mm: smaller islands are crumbs
 constexpr double kLeastHoleM2 = 0.0025;   // 50 x 50 mm: smaller holes are no feature of an outline
 constexpr double kTolerance = 1.5;        // cells that a simplified outline may be off
+constexpr float kRimShare = 0.3f, kCrumbShare = 0.9f;  // of a hole's boundary that has to be seen
 constexpr double kMeetingM = 0.3;  // metres: planes that end no farther from where they meet are drawn to it
 
 }  // namespace
@@ -243,9 +245,16 @@ std::uint64_t PlaneExtents::complete(const Volume& volume, const Overlay& overla
     FillOptions options;
     options.hull_points = meetings_;
     options.hull_point_count = meeting_points(set, plane, g);
+    // A plane of which most was seen is completed wherever some of the rim is its own; crumbs only within.
+    std::uint64_t seen = 0;
+    for (int v = 0; v < g.grid.height; ++v)
+        for (int u = 0; u < g.grid.width; ++u) seen += g.grid.row(v)[u] == kCellSeen;
+    const HullCounts hull = convex_hull(g.grid, mask_of(kCellSeen), nullptr, 0, spans_, chain_);
+    options.least_border_share = 2 * seen >= hull.cells ? kRimShare : kCrumbShare;
     block_empty(volume, g);
     block_crossing(overlay, chunks, set, plane, g);
     const FillScratch scratch{spans_, chain_, runs_, kRuns};
+
     return fill_missing(g.grid, options, scratch).filled_cells;
 }
 

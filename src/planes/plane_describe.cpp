@@ -11,7 +11,10 @@ namespace burin {
 namespace {
 
 constexpr std::uint16_t kFillWeight = 64;  // one observation: known to a mesh, outweighed by the first look
-constexpr int kFillLayers = 3;             // voxels at either side: what marching cubes and its normals read
+// Voxels around a completed plane that take its distances: the corners of the cells that it crosses, and what
+// their normals read.
+constexpr double kFillVoxels = 3.5;
+constexpr int kFillReach = 3;  // layers of voxels that this needs, at either side of the plane's
 
 int largest_axis(Vec3d n) {
     int axis = 0;
@@ -101,10 +104,10 @@ void PlaneLayer::keep_fills(std::uint16_t plane, const ExtentGrid& g) {
                                   (g.normal[g.axis] * voxel);
                 const auto layer = static_cast<std::int32_t>(std::floor(at));
                 // Seven layers are in one chunk or in two.
-                x[g.axis] = layer - kFillLayers;
+                x[g.axis] = layer - kFillReach;
                 keep(x);
-                if ((layer - kFillLayers) >> 3 == (layer + kFillLayers) >> 3) continue;
-                x[g.axis] = layer + kFillLayers;
+                if ((layer - kFillReach) >> 3 == (layer + kFillReach) >> 3) continue;
+                x[g.axis] = layer + kFillReach;
                 keep(x);
             }
         }
@@ -116,6 +119,7 @@ void PlaneLayer::fill(std::uint32_t entry, float units_to_m) {
     ChunkGeometry& out = overlay_.geometry(entry);
     const Vec3d centre = centre_of(overlay_.key(entry));
     const double voxel = static_cast<double>(shape_.voxel_m);
+    const double units_per_voxel = voxel / static_cast<double>(units_to_m);
     for (int f = 0; f < chunk.fills; ++f) {
         const GlobalPlane& plane = set_.at(chunk.fill_plane[f]);
         if (plane.id == 0) continue;
@@ -124,9 +128,9 @@ void PlaneLayer::fill(std::uint32_t entry, float units_to_m) {
             const int at[3] = {i & 7, i >> 3 & 7, i >> 6};
             if (out.weight[i] != 0 || !(chunk.fill_cells[f] >> (8 * at[along] + at[across]) & 1)) continue;
             const Vec3d x = centre + Vec3d{at[0] - 3.5, at[1] - 3.5, at[2] - 3.5} * voxel;
-            const double distance = plane.distance(x);
-            if (std::fabs(distance) > (kFillLayers + 0.5) * voxel) continue;
-            const double units = std::floor(distance / static_cast<double>(units_to_m) + 0.5);
+            const double voxels = plane.distance(x) / voxel;
+            if (std::fabs(voxels) > kFillVoxels) continue;
+            const double units = std::floor(voxels * units_per_voxel + 0.5);
             out.sdf[i] = static_cast<std::int16_t>(std::clamp(units, -32767.0, 32767.0));
             out.weight[i] = kFillWeight;
         }

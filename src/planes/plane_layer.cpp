@@ -22,6 +22,12 @@ constexpr float kReachSigmas = 4, kLeastReach = 1, kMostReach = 2;  // the latte
 // voxel seen 255 times by 25 to 1, one of a quarter by 6 to 1.
 constexpr float kObservationsPerPatch = 10;
 
+// Whose turn it is: the same for all chunks of a block of 4x4x4, at random for blocks.
+std::uint64_t block_turn(ChunkKey key) {
+    constexpr ChunkKey kInBlock = 3u | 3ull << 21 | 3ull << 42;  // the low bits of each coordinate
+    return (key & ~kInBlock) * 0x9e3779b97f4a7c15ULL >> 48;
+}
+
 }  // namespace
 
 void PlaneLayer::place(Arena& arena, const PlaneOptions& options, const VolumeShape& shape) {
@@ -66,22 +72,24 @@ Vec3d PlaneLayer::centre_of(ChunkKey key) const {
 
 // Chunks of a block of 4x4x4 have their turn together, as for meshing (mesh/changes.cpp): neighbours then see
 // the same planes. Free space has none.
-std::uint32_t PlaneLayer::list_due(const Volume& volume, std::uint64_t frame) {
+std::uint32_t PlaneLayer::list_due(Volume& volume, std::uint64_t frame) {
     // Only chunks with surface hold planes. A voxel beside it is within half a voxel of it along the normal,
     // and the distances are stretched where the view was slanted.
     const float near = 1.75f * shape_.voxel_m / volume.units_to_m();
-    const std::uint64_t interval = options_.interval, slow = interval * kSlowTurns;
+    const std::uint64_t interval = std::uint64_t{1} << options_.turn_bits, slow = interval * kSlowTurns;
     std::uint32_t count = 0;
     for (std::uint32_t slot = 0; slot < volume.live(); ++slot) {
         const bool changed = volume.flags(slot) & kChunkUnfitted;
         if (!changed && volume.over(slot) == kNoChunk) continue;
-        if (static_cast<float>(volume.least_distance(slot)) > near) continue;
-        const Vec3i c = unpack_key(volume.key(slot));
-        const std::uint64_t turn = mix64(pack_key({c.x >> 2, c.y >> 2, c.z >> 2})) + frame;
+        if (static_cast<float>(volume.least_distance(slot)) > near) {
+            // Passed over until it changes again.
+            volume.flags(slot) = static_cast<std::uint8_t>(volume.flags(slot) & ~kChunkUnfitted);
+            continue;
+        }
         const std::uint64_t every = !changed                        ? slow
                                     : volume.over(slot) == kNoChunk ? interval
                                                                     : interval * kKnownTurns;
-        if (turn % every != 0) continue;
+        if ((block_turn(volume.key(slot)) + frame) & (every - 1)) continue;
         if (!changed && chunks_[volume.over(slot)].revision == set_.revision()) continue;
         turn_[count++] = slot;
     }
@@ -95,7 +103,7 @@ void PlaneLayer::update(Volume& volume, std::uint64_t frame, Jobs& jobs) {
     const std::uint32_t count = list_due(volume, frame);
     process(volume, turn_, count, jobs);
     // Hypotheses cost a walk over the patches without a plane: a few a frame.
-    if (frame % 4 == 0) seed(8);
+    if (frame % 16 == 0) seed(8);
     if (frame % 16 == 8) merge_planes();
     set_.refit();
     draw(volume, turn_, count, jobs);
@@ -380,8 +388,8 @@ void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triang
                            static_cast<std::int32_t>(std::floor(middle.z / voxel))};
             const Vec3i c{at.x >> 3, at.y >> 3, at.z >> 3};
             const std::uint32_t slot = chunk_in_range(c) ? volume.find(pack_key(c)) : kNoChunk;
-            filled[t] = slot == kNoChunk ||
-                        volume.geometry(slot).weight[(at.z & 7) << 6 | (at.y & 7) << 3 | (at.x & 7)] == 0;
+            const int i = (at.z & 7) << 6 | (at.y & 7) << 3 | (at.x & 7);
+            filled[t] = slot == kNoChunk || volume.geometry(slot).weight[i] == 0;
         }
     });
 }

@@ -25,7 +25,7 @@ struct PlaneOptions {
     bool enabled = false;
     std::uint32_t chunks = 0;     // room for so many chunks with planes
     std::uint32_t planes = 512;   // at a time
-    std::uint32_t interval = 64;  // a chunk that changed has its turn every so many frames
+    std::uint32_t turn_bits = 6;  // a chunk that changed has its turn every 64 frames
     MergeBy merge_by = MergeBy::ransac;
     double least_area_m2 = 0.1;  // smaller planes are not told and pull nothing
 };
@@ -109,7 +109,7 @@ class PlaneLayer {
     };
     static constexpr std::uint32_t kBatch = 512;
 
-    std::uint32_t list_due(const Volume& volume, std::uint64_t frame);
+    std::uint32_t list_due(Volume& volume, std::uint64_t frame);
     void process(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs);
     void assign(Volume& volume, Work& work);
     void gather_pulls(const Volume& volume, Work* work) const;
