@@ -16,7 +16,10 @@ constexpr int kCloseCells = 2;  // gaps of up to 4 cells: noise, and planes betw
 constexpr double kLeastIslandM2 = 0.002;  // 45 x 45 mm: smaller islands are crumbs
 constexpr double kLeastHoleM2 = 0.0025;   // 50 x 50 mm: smaller holes are no feature of an outline
 constexpr double kTolerance = 1.5;        // cells that a simplified outline may be off
+constexpr int kBehindCells = 8;           // depth of the barrier where planes cross
 constexpr float kRimShare = 0.3f, kCrumbShare = 0.9f;  // of a hole's boundary that has to be seen
+constexpr double kLargeHoleM2 = 4;  // a bed hides so much; larger ones are closed only when nearly enclosed
+constexpr float kLargeShare = 0.7f;
 constexpr double kMeetingM = 0.3;  // metres: planes that end no farther from where they meet are drawn to it
 
 }  // namespace
@@ -196,10 +199,11 @@ void PlaneExtents::block_crossing(const Overlay& overlay, const ChunkPlanes* chu
                     seen = seen || chunks[entry].patch[k].plane == q;
             }
             if (!seen) continue;
-            // Two cells, so that a line of cells that meet at corners lets nothing through.
-            for (int d = 0; d < 2; ++d) {
-                const int w = static_cast<int>(at) + d;
-                if (w >= (by_u ? g.grid.height : g.grid.width)) continue;
+            // And some cells behind it: what was seen of this plane may reach a little past the line.
+            const int away = f1 > f0 ? -1 : 1;
+            for (int d = -1; d < kBehindCells; ++d) {
+                const int w = static_cast<int>(at) + d * away;
+                if (w < 0 || w >= (by_u ? g.grid.height : g.grid.width)) continue;
                 std::uint8_t& cell = by_u ? g.grid.row(w)[i] : g.grid.row(i)[w];
                 if (cell == kCellUnknown) cell = kCellBlocked;
             }
@@ -255,7 +259,23 @@ std::uint64_t PlaneExtents::complete(const Volume& volume, const Overlay& overla
     block_crossing(overlay, chunks, set, plane, g);
     const FillScratch scratch{spans_, chain_, runs_, kRuns};
 
-    return fill_missing(g.grid, options, scratch).filled_cells;
+    FillCounts filled = fill_missing(g.grid, options, scratch);
+    if (filled.runs > kRuns) return 0;
+    // What is missing at large needs more of a reason.
+    const auto large = static_cast<std::uint32_t>(kLargeHoleM2 / g.cell_area());
+    for (std::uint64_t r = 0; r < filled.runs; ++r) {
+        const CellRun &run = runs_[r], &region = runs_[run.root];
+        if (region.cells <= large ||
+            static_cast<float>(region.seen_border) >= kLargeShare * static_cast<float>(region.border))
+            continue;
+        for (int u = run.first; u <= run.last; ++u) {
+            std::uint8_t& cell = g.grid.row(run.row)[u];
+            if (cell != kCellFilled) continue;
+            cell = kCellUnknown;
+            --filled.filled_cells;
+        }
+    }
+    return filled.filled_cells;
 }
 
 }  // namespace burin

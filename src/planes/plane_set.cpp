@@ -174,9 +174,11 @@ bool PlaneSet::find_merge(std::uint16_t* into, std::uint16_t* from) const {
         for (std::uint32_t j = i + 1; j < used_; ++j) {
             const GlobalPlane &a = planes_[i], &b = planes_[j];
             if (a.id == 0 || b.id == 0 || dot(a.normal, b.normal) < rules.least_cosine) continue;
+            // What hides a part of a wall is no larger than the wall: large planes are one across wider gaps.
+            const double smaller = std::max(0.0, std::min(a.area_m2, b.area_m2));
+            const double gap = rules.margin_m + std::min(2.0, 0.5 * std::sqrt(smaller));
             bool apart = false;
-            for (int r = 0; r < 3; ++r)
-                apart |= a.low[r] > b.high[r] + rules.margin_m || b.low[r] > a.high[r] + rules.margin_m;
+            for (int r = 0; r < 3; ++r) apart |= a.low[r] > b.high[r] + gap || b.low[r] > a.high[r] + gap;
             if (apart) continue;
             Scatter sums = a.sums;
             sums.add(b.sums);
@@ -187,7 +189,7 @@ bool PlaneSet::find_merge(std::uint16_t* into, std::uint16_t* from) const {
             const auto off = [&](const GlobalPlane& p) {
                 return std::fabs(dot(both.normal, p.fit.centroid) + both.offset);
             };
-            if (both.variance[0] > two + step * step || off(a) > gate || off(b) > gate) continue;
+            if (both.variance[0] > 1.2 * two + step * step || off(a) > gate || off(b) > gate) continue;
             if (dot(both.normal, a.normal) < rules.least_cosine ||
                 dot(both.normal, b.normal) < rules.least_cosine)
                 continue;
