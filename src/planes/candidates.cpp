@@ -22,6 +22,9 @@ constexpr float kMadToSigma = 1.4826f;
 constexpr float kLeastSigma = 0.02f;  // voxels: below, quantisation and interpolation rule
 constexpr float kMostSigma = 0.15f;   // of the truncation
 constexpr float kInlierShare = 0.6f;  // of the voxels near a plane that must agree with it
+// The same for one plane of several: at a corner of three it holds 16 of the 41 voxels near it that are
+// within the band.
+constexpr float kInlierShareOfSome = 0.35f;
 constexpr int kIterations = 3;
 constexpr std::uint16_t kMinWeight = 64;  // one observation: less is the rim of what was seen
 
@@ -73,13 +76,17 @@ bool solve(const PlaneSums& s, int flat, float slope, PlaneModel* out) {
     return true;
 }
 
-// The median of the residuals of the `count` chosen voxels, to one part in 256 of `most`: by bisection, since
-// counting is what vectors are good at.
-float median(const std::uint16_t* residuals, const std::uint8_t* chosen, int count, float most) {
-    std::uint16_t masked[512];
-    for (int i = 0; i < 512; ++i)
+// The median of the residuals of the chosen voxels that are `within`, to one part in 256 of `most`: by
+// bisection, since counting is what vectors are good at.
+float median(const std::uint16_t* residuals, const std::uint8_t* chosen, float within, float most) {
+    std::uint16_t masked[512], count = 0;
+    const auto limit = static_cast<std::uint16_t>(std::min(within, 65534.0f));
+    for (int i = 0; i < 512; ++i) {
         masked[i] = static_cast<std::uint16_t>(residuals[i] | (chosen[i] ? 0 : 0xffff));
-    auto low = 0, high = static_cast<int>(std::min(most, 65534.0f));
+        masked[i] = masked[i] <= limit ? masked[i] : std::uint16_t{0xffff};
+        count = static_cast<std::uint16_t>(count + (masked[i] != 0xffff));
+    }
+    int low = 0, high = static_cast<int>(std::min(most, 65534.0f));
     const int step = std::max(1, high / 256);
     while (high - low > step) {
         const auto middle = static_cast<std::uint16_t>((low + high) / 2);
@@ -116,7 +123,7 @@ class ChunkFit {
         PlaneModel model;
         // The whole chunk as one plane; where that does not hold, the octant whose plane most voxels share.
         find_flat(all);
-        if (!(solve(all, flat_, slope_, &model) && settle(&model))) {
+        if (!(solve(all, flat_, slope_, &model) && settle(&model, 65535, kInlierShare))) {
             flat_ = 3;
             int most = kLeastVoxels - 1;
             PlaneModel best;
@@ -127,7 +134,7 @@ class ChunkFit {
             }
             if (most < kLeastVoxels) return false;
             model = best;
-            if (!settle(&model)) return false;
+            if (!settle(&model, 2 * kFlat * 32767.0f, kInlierShareOfSome)) return false;
         }
         describe(model, out);
         const auto taken = static_cast<std::uint16_t>(std::min(cut_, 65535.0f));
@@ -191,7 +198,8 @@ class ChunkFit {
     static bool plausible(float s) { return s > 0.6f && s < 5; }
 
     // Iteratively re-weighted least squares from `model`. True when what is left is a plane.
-    bool settle(PlaneModel* model) {
+    // within: residuals of voxels that the scale is taken from.
+    bool settle(PlaneModel* model, float within, float least_share) {
         float sigma = 0;
         for (int i = 0; i < kIterations; ++i) {
             const float s = stretch(*model), voxel = units_per_voxel_ * s;
@@ -199,7 +207,7 @@ class ChunkFit {
             simd::plane_residuals(chunk_.sdf, *model, residuals_);
             // The scale settles before the plane does.
             if (i < kIterations - 1) {
-                const float mad = median(residuals_, chosen_, left_, 4 * voxel);
+                const float mad = median(residuals_, chosen_, within, 4 * voxel);
                 sigma = std::clamp(kMadToSigma * mad, kLeastSigma * voxel,
                                    std::max(kMostSigma * 32767.0f, kLeastSigma * voxel));
             }
@@ -221,11 +229,11 @@ class ChunkFit {
         const float s = stretch(*model), voxel = units_per_voxel_ * s;
         if (!plausible(s)) return false;
         simd::plane_residuals(chunk_.sdf, *model, residuals_);
-        return judge(*model, voxel);
+        return judge(*model, voxel, least_share);
     }
 
     // Enough voxels, close enough, and few others beside the plane that contradict it.
-    bool judge(const PlaneModel& model, float voxel) {
+    bool judge(const PlaneModel& model, float voxel, float least_share) {
         // Whole numbers, 128 units (1/256 of the truncation) a step, so that the loops become vectors.
         std::int32_t squares = 0, weight = 0, near = 0, agree = 0;
         for (int i = 0; i < 512; ++i) {
@@ -248,7 +256,7 @@ class ChunkFit {
         if (weight == 0 || near == 0) return false;
         rms_voxels_ = 128 * std::sqrt(static_cast<float>(squares) / static_cast<float>(weight)) / voxel;
         return weight >= kLeastVoxels * simd::kFullWeight && rms_voxels_ * voxel <= kFlat * 32767.0f &&
-               static_cast<float>(agree) >= kInlierShare * static_cast<float>(near);
+               static_cast<float>(agree) >= least_share * static_cast<float>(near);
     }
 
     void describe(const PlaneModel& m, Patch* out) const {

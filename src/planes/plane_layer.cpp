@@ -180,9 +180,16 @@ bool PlaneLayer::merge_planes() {
     bool any = false;
     while (set_.find_merge(&into, &from)) {
         set_.merge(into, from);
-        for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry)
-            for (int i = 0; i < chunks_[entry].count; ++i)
-                if (chunks_[entry].patch[i].plane == from) chunks_[entry].patch[i].plane = into;
+        for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry) {
+            ChunkPlanes& chunk = chunks_[entry];
+            for (int i = 0; i < chunk.count; ++i)
+                if (chunk.patch[i].plane == from) chunk.patch[i].plane = into;
+            // What it completed goes on with the other; a plane twice in the list does no harm.
+            for (int f = 0; f < chunk.fills; ++f)
+                if (chunk.fill_plane[f] == from) chunk.fill_plane[f] = into;
+            for (int i = 0; i < chunk.pulled; ++i)
+                if (chunk.pull[i] == from) chunk.pull[i] = into;
+        }
         set_.refit();
         any = true;
     }
@@ -341,6 +348,7 @@ void PlaneLayer::draw(Volume& volume, const std::uint32_t* slots, std::uint32_t 
 
 std::uint16_t PlaneLayer::plane_at(Vec3d x, Vec3d normal) const {
     const double side = kChunkSide * static_cast<double>(shape_.voxel_m);
+    if (!(norm(x) < side * kChunkLimit)) return kNoPlane;
     const Vec3i c{static_cast<std::int32_t>(std::floor(x.x / side)),
                   static_cast<std::int32_t>(std::floor(x.y / side)),
                   static_cast<std::int32_t>(std::floor(x.z / side))};
@@ -383,6 +391,8 @@ void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triang
             if (!filled) continue;
             // Completed: the voxel there was never seen.
             const double voxel = static_cast<double>(shape_.voxel_m);
+            filled[t] = 0;
+            if (!(norm(middle) < voxel * kChunkSide * kChunkLimit)) continue;
             const Vec3i at{static_cast<std::int32_t>(std::floor(middle.x / voxel)),
                            static_cast<std::int32_t>(std::floor(middle.y / voxel)),
                            static_cast<std::int32_t>(std::floor(middle.z / voxel))};

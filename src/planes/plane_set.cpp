@@ -41,7 +41,7 @@ void GlobalPlane::covariance(double out[16]) const {
     const auto add = [&](Vec3d dn, double dd, double variance) {
         const double v[4] = {dn.x, dn.y, dn.z, dd};
         for (int r = 0; r < 4; ++r)
-            for (int c = 0; c < 4; ++c) out[4 * r + c] += variance * v[r] * v[c];
+            for (int c = 0; c < 4; ++c) out[4 * r + c] += variance * (v[r] * v[c]);
     };
     add({}, 1, s2 / m);
     for (int k = 1; k < 3; ++k)

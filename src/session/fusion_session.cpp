@@ -278,6 +278,7 @@ Status FusionSession::resume_store(const char* path) {
     std::uint64_t frames = 0;
     BURIN_TRY(store_.resume(path, &frames));
     volume_.clear();
+    planes_.clear();
     if (extra_) extra_->clear();
     frames_ = frames;
     dropped_ = 0;

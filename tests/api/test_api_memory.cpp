@@ -11,6 +11,7 @@
 
 #include "dataset_files.h"
 #include "emulated.h"
+#include "plane_scene.h"
 #include "track_helpers.h"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -237,6 +238,65 @@ TEST(Memory, AStoreAllocatesNothingEither) {
     EXPECT_GT(map.stats().chunks_evicted, 100u);
     EXPECT_GT(map.stats().chunks_reloaded, 100u);
     EXPECT_EQ(map.stats().arena_bytes, map.bytes);
+}
+
+// Planes, with everything that is asked of them, every frame or now and then.
+TEST(Memory, PlanesAllocateNothing) {
+    const PlaneScene scene;
+    std::vector<Image<float>> depths;
+    for (int i = 0; i < 60; ++i) depths.push_back(scene.depth(test_camera(), walk_pose(i), i));
+    std::vector<float> positions(3 * 200000), normals(3 * 200000);
+    std::vector<std::uint32_t> triangles(3 * 400000), ids(400000);
+    std::vector<std::uint8_t> labels(400000), filled(400000);
+    std::vector<burin_chunk_key> keys(100000);
+    std::vector<burin_plane> planes(512);
+    std::vector<burin_plane_event> events(1024);
+    std::vector<double> points(3 * 20000);
+    std::vector<std::uint32_t> starts(1000);
+    for (const std::uint32_t threads : {1u, 3u}) {
+        burin_config config = plane_config();
+        config.threads = threads;
+        const ApiMap map(config);
+        allocations = 0;
+        long failed = 0;
+        std::uint64_t count = 0, rings = 0, lost = 0, told = 0, outlined = 0, labelled = 0;
+        for (int i = 0; i < 60; ++i) {
+            const burin_frame frame =
+                c_frame(frame_of(depths[static_cast<std::size_t>(i)], test_camera(), walk_pose(i)));
+            failed += burin_integrate(map.map, &frame, nullptr) != BURIN_OK;
+            burin_mesh_buffers mesh{
+                200000, 400000, positions.data(), normals.data(), nullptr, triangles.data(), 0, 0};
+            failed += burin_dirty_chunks(map.map, keys.data(), keys.size(), &count) != BURIN_OK;
+            for (std::uint64_t k = 0; k < count; ++k)
+                failed += burin_chunk_mesh(map.map, keys[k], nullptr, &mesh) != BURIN_OK;
+            failed += burin_plane_events(map.map, events.data(), events.size(), &count, &lost) != BURIN_OK;
+            if (i % 10 != 9) continue;
+            const double up[3] = {0, 0, 1}, origin[3] = {0, 0.4, 1}, down[3] = {0, 0, -1};
+            failed += burin_set_up(map.map, up) != BURIN_OK;
+            failed += burin_refresh_planes(map.map) != BURIN_OK;
+            failed += burin_planes(map.map, planes.data(), planes.size(), &count) != BURIN_OK;
+            told = count;
+            for (std::uint64_t p = 0; p < told; ++p)
+                for (const std::uint32_t completed : {0u, 1u}) {
+                    failed += burin_plane_outline(map.map, planes[p].id, completed, points.data(), 20000,
+                                                  &count, starts.data(), 1000, &rings) != BURIN_OK;
+                    outlined += rings;
+                }
+            failed += burin_mesh(map.map, nullptr, &mesh) != BURIN_OK;
+            failed += burin_label_faces(map.map, &mesh, labels.data(), ids.data(), filled.data()) != BURIN_OK;
+            for (std::uint64_t t = 0; t < mesh.triangle_count; ++t) labelled += ids[t] != 0;
+            std::uint32_t id = 0;
+            double distance = 0;
+            failed += burin_plane_hit(map.map, origin, down, 4, &id, &distance) != BURIN_OK || id == 0;
+            if (i == 29) failed += burin_reset(map.map) != BURIN_OK;
+        }
+        const long all = allocations.load();  // before gtest allocates
+        EXPECT_EQ(all, 0) << threads << " threads";
+        EXPECT_EQ(failed, 0);
+        EXPECT_EQ(told, 3u);
+        EXPECT_GE(outlined, 24u);
+        EXPECT_GT(labelled, 10000u);
+    }
 }
 
 // Tracking, with everything that may come: colour, an IMU, frames without depth, the camera found again, a

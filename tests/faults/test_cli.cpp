@@ -180,6 +180,37 @@ TEST_F(Cli, MeshOfAMapIsThatOfFuse) {
     EXPECT_TRUE(read_ply(path("none.ply"))->triangles.empty()) << "an empty mesh is no error";
 }
 
+TEST_F(Cli, PlanesOfASequenceAndOfAMap) {
+    ASSERT_EQ(fuse("plain").exit, 0);
+    const Ran ran = fuse("out", {"--planes"});
+    ASSERT_EQ(ran.exit, 0) << ran.err;
+    EXPECT_EQ(listing(path("out")), "map.burin mesh.ply planes.json report.json");
+    EXPECT_EQ(report("out")["map_hash"], report("plain")["map_hash"]);
+    const Ran again = run_burin({"planes", path("plain/map.burin"), "-o", path("again")});
+    ASSERT_EQ(again.exit, 0) << again.err;
+    EXPECT_EQ(again.err, "");
+    EXPECT_NE(again.out.find("planes.json: 1 planes"), std::string::npos) << again.out;
+    EXPECT_EQ(listing(path("again")), "mesh.ply planes.json");
+    for (const char* folder : {"out", "again"}) {
+        const nlohmann::json planes = parse_json(read_bytes(path(std::string(folder) + "/planes.json")));
+        ASSERT_EQ(planes.size(), 1u) << "the wall behind the ball";
+        const nlohmann::json& p = planes[0];
+        for (const char* key : {"id", "label", "normal", "offset", "area_m2", "rms_m", "covariance",
+                                "support", "polygon", "rings"})
+            ASSERT_TRUE(p.contains(key)) << key;
+        EXPECT_NEAR(p["normal"][2].get<double>(), -1, 1e-3);
+        EXPECT_NEAR(p["offset"].get<double>(), 2, 0.004);
+        EXPECT_GE(p["polygon"].size(), 4u);
+        EXPECT_EQ(p["covariance"].size(), 4u);
+        const auto mesh = read_ply(path(std::string(folder) + "/mesh.ply"));
+        ASSERT_TRUE(mesh.ok()) << mesh.status().text();
+        EXPECT_EQ(mesh->labels.size(), mesh->triangles.size());
+        EXPECT_EQ(mesh->filled.size(), mesh->triangles.size());
+    }
+    EXPECT_TRUE(read_ply(path("plain/mesh.ply"))->labels.empty());
+    EXPECT_EQ(run_burin({"planes", path("out/map.burin"), "-o", path("quiet"), "--quiet"}).out, "");
+}
+
 // Share of pixels that are not the background, and their mean.
 std::pair<double, double> painted(const std::string& file) {
     Image<std::uint8_t> picture;
@@ -268,7 +299,7 @@ TEST(CliAlone, ConfigPrintsWhatWouldBeUsed) {
 
 TEST(CliAlone, HelpAndVersion) {
     EXPECT_EQ(run_burin({"--version"}).out, std::string(burin_version()) + "\n");
-    for (const char* command : {"fuse", "synth", "mesh", "render", "eval", "config"}) {
+    for (const char* command : {"fuse", "synth", "mesh", "planes", "render", "eval", "config"}) {
         const Ran ran = run_burin({command, "--help"});
         EXPECT_EQ(ran.exit, 0);
         EXPECT_GT(ran.out.size(), 200u);

@@ -155,6 +155,44 @@ TEST(CliFaults, UnwritableOutput) {
                    {"/proc/picture.png"});
 }
 
+TEST(CliFaults, Planes) {
+    const TempFolder folder;
+    write_sequence(folder, 2);
+    ASSERT_EQ(run_burin({"fuse", folder.path(), "-o", folder.path("out"), "--voxel", "0.02", "--quiet"}).exit,
+              0);
+    const std::string map = folder.path("out/map.burin"), out = folder.path("planes");
+    std::string bytes = read_bytes(map);
+    folder.text("short.burin", bytes.substr(0, bytes.size() / 2));
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    folder.text("damaged.burin", bytes);
+    folder.text("file", "precious");
+    struct {
+        std::vector<std::string> arguments;
+        int exit;
+        std::vector<std::string> parts;
+    } const cases[] = {
+        {{"planes"}, 2, {}},
+        {{"planes", map}, 2, {"output"}},
+        {{"planes", folder.path("none.burin"), "-o", out}, 2, {"none.burin"}},
+        {{"planes", folder.path("camera.txt"), "-o", out}, 2, {"camera.txt", "map"}},
+        {{"planes", folder.path("out/mesh.ply"), "-o", out}, 2, {"mesh.ply", "map"}},
+        {{"planes", folder.path(), "-o", out}, 2, {folder.path()}},
+        {{"planes", folder.path("short.burin"), "-o", out}, 2, {"short.burin"}},
+        {{"planes", folder.path("damaged.burin"), "-o", out}, 2, {"damaged.burin"}},
+        {{"planes", map, "-o", out, "--threads", "0"}, 2, {"threads"}},
+        {{"planes", map, "-o", folder.path("file")}, 1, {"file"}},
+        {{"planes", map, "-o", "/proc/burin"}, 1, {"/proc/burin"}},
+    };
+    for (const auto& c : cases) {
+        std::string line = "burin";
+        for (const std::string& a : c.arguments) line += ' ' + a;
+        SCOPED_TRACE(line);
+        expect_failure(run_burin(c.arguments), c.exit, c.parts);
+        EXPECT_EQ(listing(out), "") << "output of a run that failed";
+    }
+    EXPECT_EQ(read_bytes(folder.path("file")), "precious");
+}
+
 TEST(CliFaults, FullDisk) {
     const TempFolder folder;
     write_sequence(folder, 3);

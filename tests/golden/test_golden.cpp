@@ -65,6 +65,19 @@ std::uint64_t mesh_hash(const TriangleMesh& m) {
     return hash_bytes(m.triangles.data(), m.triangles.size() * sizeof m.triangles[0], h);
 }
 
+// The equations of the planes that are told, their ids, labels and areas.
+std::uint64_t planes_hash(const PlaneLayer& layer) {
+    std::uint64_t h = 0;
+    for (std::uint32_t i = 0; i < layer.set().used(); ++i) {
+        const GlobalPlane& p = layer.set().at(i);
+        if (!layer.told(p)) continue;
+        const double values[] = {p.normal.x, p.normal.y, p.normal.z, p.offset, p.area_m2, p.seen_area_m2};
+        const std::uint32_t numbers[] = {p.id, p.patches, p.label};
+        h = hash_bytes(numbers, sizeof numbers, hash_bytes(values, sizeof values, h));
+    }
+    return h;
+}
+
 // Gives frame i; what it points to need live only until the next one.
 using FrameAt = std::function<void(int i, Frame* frame)>;
 
@@ -107,15 +120,20 @@ void check_sequence(const std::string& name, int count, const FrameAt& frame_at,
             ASSERT_EQ(report.chunks.dropped, 0u) << "the budget of this test is too small";
         }
     }
-    std::string map, mesh;
+    std::string map, mesh, planes;
     for (Run& run : runs) {
         ASSERT_TRUE(simd::select_target(run.target));
+        if (config.planes) run.session->session.refresh_planes(run.session->jobs);
+        const std::string got_planes = hex(planes_hash(run.session->session.planes()));
         const std::string got_map = hex(run.session->session.hash()),
                           got_mesh = hex(mesh_hash(run.session->mesh({})));
         if (map.empty()) {
             map = got_map;
             mesh = got_mesh;
+            planes = got_planes;
         }
+        EXPECT_EQ(got_planes, planes)
+            << name << " on " << run.target << " with " << run.threads << " threads";
         EXPECT_EQ(got_map, map) << name << " on " << run.target << " with " << run.threads << " threads";
         EXPECT_EQ(got_mesh, mesh) << name << " on " << run.target << " with " << run.threads << " threads";
         std::printf("%s: %s, %u threads: map %s\n", name.c_str(), run.target.c_str(), run.threads,
@@ -125,6 +143,7 @@ void check_sequence(const std::string& name, int count, const FrameAt& frame_at,
     ASSERT_TRUE(simd::select_target(""));
     check(name + ", map", map);
     check(name + ", mesh", mesh);
+    if (config.planes) check(name + ", planes", planes);
 }
 
 #ifndef BURIN_GOLDEN_RECORDED
@@ -174,6 +193,17 @@ TEST(Golden, Room) {
     const std::vector<Frame>& frames = rendered("room", 8);
     check("room 320x240 8 frames, input", input_hash(frames));
     check_sequence("room 320x240 8 frames 15 mm", frames, config_of(0.015f));
+}
+
+// The map is that of Golden.Room, the mesh is drawn to the planes.
+TEST(Golden, RoomWithPlanes) {
+    burin_config config = config_of(0.015f);
+    config.planes = 1;
+    check_sequence("room 320x240 8 frames 15 mm, with planes", rendered("room", 8), config);
+    const nlohmann::json all = stored();
+    EXPECT_EQ(all["room 320x240 8 frames 15 mm, map"], all["room 320x240 8 frames 15 mm, with planes, map"]);
+    EXPECT_NE(all["room 320x240 8 frames 15 mm, mesh"],
+              all["room 320x240 8 frames 15 mm, with planes, mesh"]);
 }
 
 // Frames are fused where they were tracked to be: equal maps are equal poses, to the last bit.

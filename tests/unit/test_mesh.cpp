@@ -277,7 +277,7 @@ TEST(SmallComponents, GoAndTheRestKeepsItsOrder) {
             }
             ++at;
         }
-        EXPECT_EQ(topology_of({m.positions, {}, {}, m.triangles, {}}).unreferenced_vertices, 0);
+        EXPECT_EQ(topology_of({m.positions, {}, {}, m.triangles, {}, {}}).unreferenced_vertices, 0);
     }
 }
 
