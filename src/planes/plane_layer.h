@@ -135,6 +135,11 @@ class PlaneLayer {
     // New planes among the patches that have none: `tries` hypotheses. Returns how many.
     int seed(int tries);
     std::uint32_t list_unassigned();
+    // members_[0 .. members - 1] become a plane. 0: no room for it.
+    int found_plane(const Scatter& sums, Vec3d normal, std::uint32_t members);
+    int seed_region(int tries);
+    std::uint32_t grow(std::uint32_t first, PlaneFit* fit);
+    bool agrees(const PlaneFit& fit, const Patch& patch, Vec3d centre) const;
     std::uint32_t choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin, Scatter* sums,
                                  double* area, Vec3d* grown_low, Vec3d* grown_high);
 
