@@ -541,6 +541,27 @@ BURIN_API burin_status burin_set_up(burin_map map, const double up[3]);
 /* The direction against gravity that the labels of the last burin_refresh_planes are by. */
 BURIN_API burin_status burin_planes_up(burin_map map, double up[3]);
 
+/* A thing that stands, lies or hangs: what is left of the mesh in one piece without floor, walls, ceiling,
+ * tables, doors and windows. */
+typedef struct burin_object {
+    float min[3], max[3]; /* its box along the world's axes, metres */
+    double area_m2;       /* of its faces */
+    uint64_t faces;
+    uint32_t label;        /* BURIN_LABEL_SEAT: one can sit on it (0.05 m^2 of it are seat); else NONE */
+    uint32_t first_vertex; /* the least of its vertices: tells objects apart while the mesh stays */
+} burin_object;
+
+/* The objects of a mesh of this map (positions, triangles and their counts; every vertex once, as burin_mesh
+ * writes it), largest area first. face_labels: one a triangle, as burin_label_faces tells them; the planes
+ * are those of the last burin_refresh_planes. scratch: 2 * mesh->vertex_count + mesh->triangle_count
+ * uint32_t. face_objects, may be NULL: of each triangle the index of its object, UINT32_MAX for none. Takes
+ * time in triangles times planes. INSUFFICIENT_MEMORY: the largest were looked at alone, *count holds a
+ * capacity that suffices. Errors: INVALID_ARGUMENT, STATE. */
+BURIN_API burin_status burin_mesh_objects(burin_map map, const burin_mesh_buffers* mesh,
+                                          const uint8_t* face_labels, uint32_t* scratch,
+                                          burin_object* objects, uint64_t capacity, uint64_t* count,
+                                          uint32_t* face_objects);
+
 /* --------------------------------------------------------------------------------------------------------
  * queries */
 

@@ -118,7 +118,9 @@ void MapOptions::start_from_scan() {
     const std::uint32_t threads = config.threads;
     config = burin_scan_config_default();
     config.threads = threads;
-    budget = "1GiB";  // a room at 5 mm with a band of 8 voxels takes 0.9 GB with colour
+    config.planes = 1;
+    // A room at 5 mm with a band of 8 voxels takes 0.9 GB with colour, and planes up to half as much again.
+    budget = "1536MiB";
 }
 
 void MapOptions::add_to(CLI::App& app) {
@@ -260,12 +262,13 @@ Status OwnedMap::create(const burin_config& config) {
     return status_of(burin_create(&config, memory_, bytes_, &map_), burin_map{0, 0});
 }
 
-Status OwnedMap::open(const std::string& path, unsigned threads, bool planes) {
+Status OwnedMap::open(const std::string& path, unsigned threads, PlanesWanted planes) {
     burin_file_info info;
     BURIN_TRY(status_of(burin_file_probe(path.c_str(), &info), burin_map{0, 0}));
     info.config.budget_bytes = info.least_budget_bytes;
     info.config.threads = threads;
-    if (planes && !info.config.planes) {
+    if (planes == PlanesWanted::off) info.config.planes = 0;
+    if (planes == PlanesWanted::on && !info.config.planes) {
         // Half as much again for the layer: see burin_config.planes.
         info.config.planes = 1;
         info.config.budget_bytes += info.config.budget_bytes / 2;

@@ -59,7 +59,7 @@ struct MapOptions {
     bool no_colour = false, no_carve = false;
 
     MapOptions();
-    // The defaults of burin_scan_config_default, in room for what a scan of a room takes.
+    // The defaults of burin_scan_config_default with planes, in room for what a scan of a room takes.
     void start_from_scan();
     void add_to(CLI::App& app);
     // After parsing: what is text goes into the config; a line on error.
@@ -82,9 +82,15 @@ Status extract_stored_mesh(burin_map map, const MeshFlags& flags, bool colour, T
 // Drops the small components.
 Status remove_small(const MeshFlags& flags, TriangleMesh* mesh);
 
-// Of a map that looks for planes: labels for the faces of its mesh, and `folder`/planes.json.
+// Of a map that looks for planes: labels for the faces of its mesh; then planes.json, objects.json,
+// floorplan.svg and floorplan.json in the folder, by the labelled mesh. *counts: planes, objects, labels.
 Status label_faces(burin_map map, TriangleMesh* mesh);
-Status write_planes(burin_map map, const std::string& folder);
+Status write_plane_files(burin_map map, const TriangleMesh& mesh, const std::string& folder,
+                         nlohmann::json* counts);
+// Gives the vertices the colours of the labels around them.
+void paint_labels(TriangleMesh* mesh);
+
+enum class PlanesWanted { as_saved, on, off };
 
 // A map with its memory. Not copied.
 class OwnedMap {
@@ -94,9 +100,9 @@ class OwnedMap {
     OwnedMap(const OwnedMap&) = delete;
     OwnedMap& operator=(const OwnedMap&) = delete;
     Status create(const burin_config& config);
-    // A map for the file as it was saved, with the least budget that holds it (and `threads`), and with room
-    // for planes if asked.
-    Status open(const std::string& path, unsigned threads, bool planes = false);
+    // A map for the file as it was saved, with the least budget that holds it (and `threads`), and with or
+    // without planes if asked.
+    Status open(const std::string& path, unsigned threads, PlanesWanted planes = PlanesWanted::as_saved);
     burin_map get() const { return map_; }
 
   private:

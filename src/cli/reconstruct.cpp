@@ -237,7 +237,8 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
 
     if (o.map.config.planes) {
         Status status = label_faces(map.get(), &mesh);
-        if (status.ok()) status = write_planes(map.get(), o.output);
+        nlohmann::json counts;
+        if (status.ok()) status = write_plane_files(map.get(), mesh, o.output, &counts);
         if (!status.ok()) return complain_output(status);
     }
     if (const Status status = write_mesh(o.output + "/" + o.mesh_name, mesh); !status.ok())

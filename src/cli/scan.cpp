@@ -55,7 +55,8 @@ void finish_options(ScanOptions& o) {
 void add_scan(CLI::App& app, int* exit) {
     auto* command = app.add_subcommand(
         "scan",
-        "Track the camera of a sequence and fuse it: trajectory.txt, mesh.ply, map.burin, report.json");
+        "Track the camera of a sequence and fuse it: trajectory.txt, mesh.ply, planes.json, map.burin, "
+        "report.json");
     auto o = std::make_shared<ScanOptions>();
     o->common.map.start_from_scan();
     command->add_option("source", o->common.dataset, "folder of the sequence")->required();

@@ -67,6 +67,7 @@ void PlaneLayer::describe(const Volume& volume, const Vec3d* up_world) {
         labelled_up_ = estimate_up(shapes_, count, normalised(cameras_.up));
     classify_planes(shapes_, count, labelled_up_, cameras_.count > 0 ? &middle : nullptr, boxes_, labels_);
     for (int i = 0; i < count; ++i) set_.at(places_[i]).label = labels_[i];
+    described_ = count;
 }
 
 // The filled cells of a plane become columns of the chunks that it passes.

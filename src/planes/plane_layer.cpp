@@ -62,6 +62,7 @@ void PlaneLayer::clear() {
     has_up_ = false;
     labelled_up_ = {0, 0, 1};
     unassigned_count_ = 0;
+    described_ = 0;
 }
 
 Vec3d PlaneLayer::centre_of(ChunkKey key) const {

@@ -30,6 +30,14 @@ struct PlaneOptions {
     double least_area_m2 = 0.1;  // smaller planes are not told and pull nothing
 };
 
+// The told planes as the last refresh() described them, valid until the next.
+struct DescribedPlanes {
+    const PlaneShape* shapes = nullptr;
+    const PlaneExtent* extents = nullptr;
+    const std::uint8_t* labels = nullptr;
+    int count = 0;
+};
+
 inline constexpr int kChunkFills = 2;
 
 // What the layer knows of one chunk, beside its entry in the overlay.
@@ -65,6 +73,8 @@ class PlaneLayer {
     void set_up(Vec3d up_world) { up_ = up_world, has_up_ = true; }
     // The direction that the last labels are by.
     Vec3d up() const { return labelled_up_; }
+
+    DescribedPlanes described() const { return {shapes_, boxes_, labels_, described_}; }
 
     // The outline of a plane (its place in the set): of what was seen of it, or also of what was completed.
     // Points of the rings are corners of cells of *grid; valid until the next call here.
@@ -125,6 +135,11 @@ class PlaneLayer {
     // New planes among the patches that have none: `tries` hypotheses. Returns how many.
     int seed(int tries);
     std::uint32_t list_unassigned();
+    // members_[0 .. members - 1] become a plane. 0: no room for it.
+    int found_plane(const Scatter& sums, Vec3d normal, std::uint32_t members);
+    int seed_region(int tries);
+    std::uint32_t grow(std::uint32_t first, PlaneFit* fit);
+    bool agrees(const PlaneFit& fit, const Patch& patch, Vec3d centre) const;
     std::uint32_t choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin, Scatter* sums,
                                  double* area, Vec3d* grown_low, Vec3d* grown_high);
 
@@ -145,6 +160,7 @@ class PlaneLayer {
     std::uint16_t* places_ = nullptr;
     std::uint8_t* labels_ = nullptr;
     Vec3f* outlines_ = nullptr;
+    int described_ = 0;
     struct Cameras {
         Vec3d up, position;  // sums
         double count = 0;

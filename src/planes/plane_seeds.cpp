@@ -13,6 +13,11 @@ Vec3d patch_middle(const Patch& p, Vec3d centre) {
     return centre + Vec3d{p.p[0], p.p[1], p.p[2]} * (1 / static_cast<double>(p.n));
 }
 
+constexpr std::uint32_t kLeastPatches = 8;  // 2 x 4 chunks
+constexpr double kLeastArea = 0.012;        // m^2: 8 chunks of 40 mm
+// Patches of a region that grows; places of planes are fewer.
+constexpr std::uint16_t kQueued = 0xfffe;
+
 }  // namespace
 
 std::uint32_t PlaneLayer::list_unassigned() {
@@ -53,9 +58,8 @@ std::uint32_t PlaneLayer::choose_members(const PlaneFit& fit, Vec3d low, Vec3d h
 // RANSAC over the candidates: one patch is a hypothesis, and counts those that agree with it within reach of
 // its own direction; the best is grown, by new fits to ever more members, as far as they hang together.
 int PlaneLayer::seed(int tries) {
+    if (options_.merge_by == MergeBy::growing) return seed_region(tries);
     unassigned_count_ = list_unassigned();
-    constexpr std::uint32_t kLeastPatches = 8;  // 2 x 4 chunks
-    constexpr double kLeastArea = 0.012;        // m^2: 8 chunks of 40 mm
     if (unassigned_count_ < kLeastPatches) return 0;
     constexpr double kLocal =
         0.2;  // metres: a patch's direction is sure to 3 degrees, 10 mm at this distance
@@ -99,15 +103,86 @@ int PlaneLayer::seed(int tries) {
         if (members == before) break;
     }
     if (members < kLeastPatches || best_area < kLeastArea) return 0;
-    const std::uint16_t plane = set_.create(best_sums, normal);
-    if (plane == kNoPlane) return 0;
+    return found_plane(best_sums, normal, members);
+}
+
+int PlaneLayer::found_plane(const Scatter& sums, Vec3d normal, std::uint32_t members) {
+    const std::uint16_t plane = set_.create(sums, normal);
     for (std::uint32_t m = 0; m < members; ++m) {
         const std::uint32_t entry = members_[m] >> 2;
         Patch& patch = chunks_[entry].patch[members_[m] & 3];
         patch.plane = plane;
-        set_.add(plane, patch, centre_of(overlay_.key(entry)));
+        if (plane != kNoPlane) set_.add(plane, patch, centre_of(overlay_.key(entry)));
     }
-    return 1;
+    return plane != kNoPlane;
+}
+
+// The other strategy: a region that grows from one patch to the neighbours of its members.
+int PlaneLayer::seed_region(int tries) {
+    unassigned_count_ = list_unassigned();
+    if (unassigned_count_ < kLeastPatches) return 0;
+    for (int t = 0; t < tries; ++t) {
+        random_ += 0x9e3779b97f4a7c15ULL;
+        const auto u = static_cast<std::uint32_t>((mix64(random_) >> 32) * unassigned_count_ >> 32);
+        PlaneFit fit;
+        const std::uint32_t members = grow(unassigned_[u], &fit);
+        // What joined early may not lie on the plane that came of it.
+        Scatter sums;
+        double area = 0;
+        std::uint32_t kept = 0;
+        for (std::uint32_t m = 0; m < members; ++m) {
+            const std::uint32_t entry = members_[m] >> 2;
+            Patch& patch = chunks_[entry].patch[members_[m] & 3];
+            patch.plane = kNoPlane;
+            const Vec3d centre = centre_of(overlay_.key(entry));
+            if (!agrees(fit, patch, centre)) continue;
+            members_[kept++] = members_[m];
+            sums.add(patch.scatter(centre));
+            area += patch_area(patch, static_cast<double>(shape_.voxel_m));
+        }
+        if (kept >= kLeastPatches && area >= kLeastArea) return found_plane(sums, fit.normal, kept);
+    }
+    return 0;
+}
+
+bool PlaneLayer::agrees(const PlaneFit& fit, const Patch& patch, Vec3d centre) const {
+    return dot(fit.normal, patch.unit_normal()) >= set_.rules.least_cosine &&
+           std::fabs(dot(fit.normal, patch_middle(patch, centre)) + fit.offset) <= set_.rules.gate(patch);
+}
+
+// Fills members_, which is also the queue, with what hangs together with the first patch (marked kQueued);
+// *fit is the plane of all. Refitted whenever the region has doubled, so the cost stays linear.
+std::uint32_t PlaneLayer::grow(std::uint32_t first, PlaneFit* fit) {
+    Scatter sums;
+    std::uint32_t count = 0, refit_at = 2;
+    const auto take_in = [&](std::uint32_t entry, std::uint32_t i) {
+        Patch& patch = chunks_[entry].patch[i];
+        patch.plane = kQueued;
+        sums.add(patch.scatter(centre_of(overlay_.key(entry))));
+        members_[count++] = 4 * entry + i;
+        if (count < refit_at) return;
+        *fit = fit_plane(sums, fit->normal);
+        refit_at *= 2;
+    };
+    const Patch& seed = chunks_[first >> 2].patch[first & 3];
+    fit->normal = seed.unit_normal();
+    fit->offset = -dot(fit->normal, patch_middle(seed, centre_of(overlay_.key(first >> 2))));
+    take_in(first >> 2, first & 3);
+    for (std::uint32_t m = 0; m < count; ++m) {
+        const Vec3i c = unpack_key(overlay_.key(members_[m] >> 2));
+        for (int i = 0; i < 27; ++i) {
+            const Vec3i beside{c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1};
+            const std::uint32_t entry = chunk_in_range(beside) ? overlay_.find(pack_key(beside)) : kNoChunk;
+            if (entry == kNoChunk) continue;
+            for (std::uint32_t k = 0; k < chunks_[entry].count && count < options_.chunks; ++k) {
+                const Patch& patch = chunks_[entry].patch[k];
+                if (patch.plane == kNoPlane && agrees(*fit, patch, centre_of(pack_key(beside))))
+                    take_in(entry, k);
+            }
+        }
+    }
+    *fit = fit_plane(sums, fit->normal);
+    return count;
 }
 
 }  // namespace burin
