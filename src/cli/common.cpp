@@ -269,9 +269,10 @@ Status OwnedMap::open(const std::string& path, unsigned threads, PlanesWanted pl
     info.config.threads = threads;
     if (planes == PlanesWanted::off) info.config.planes = 0;
     if (planes == PlanesWanted::on && !info.config.planes) {
-        // Half as much again for the layer: see burin_config.planes.
+        // The layer takes 5 MiB for outlines and the like, and for each chunk half a chunk's geometry and
+        // tables: 0.6 of a map without colour. Pages that are not used cost nothing.
         info.config.planes = 1;
-        info.config.budget_bytes += info.config.budget_bytes / 2;
+        info.config.budget_bytes += info.config.budget_bytes + (8u << 20);
     }
     BURIN_TRY(create(info.config));
     return status_of(burin_load(map_, path.c_str()), map_);

@@ -238,7 +238,7 @@ void PlaneLayer::gather_pulls(const Volume& volume, Work* work) const {
             const Patch& patch = chunk.patch[k];
             if (patch.plane == kNoPlane) continue;
             const GlobalPlane& plane = set_.at(patch.plane);
-            if (plane.area_m2 < options_.least_area_m2) continue;
+            if (!told(plane)) continue;
             int p = 0;
             while (p < work->pulls && work->pull[p] != patch.plane) ++p;
             if (p == work->pulls) {
@@ -386,9 +386,9 @@ void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triang
             const Vec3d middle = (corner[0] + corner[1] + corner[2]) * (1.0 / 3);
             const Vec3d normal = normalised(cross(corner[1] - corner[0], corner[2] - corner[0]));
             const std::uint16_t plane = plane_at(middle, normal);
-            const bool told = plane != kNoPlane && set_.at(plane).area_m2 >= options_.least_area_m2;
-            if (labels) labels[t] = told ? set_.at(plane).label : 0;
-            if (ids) ids[t] = told ? set_.at(plane).id : 0;
+            const bool known = plane != kNoPlane && told(set_.at(plane));
+            if (labels) labels[t] = known ? set_.at(plane).label : 0;
+            if (ids) ids[t] = known ? set_.at(plane).id : 0;
             if (!filled) continue;
             // Completed: the voxel there was never seen.
             const double voxel = static_cast<double>(shape_.voxel_m);

@@ -66,7 +66,7 @@ TEST(Misuse, EveryFieldOfTheConfigurationHasItsRange) {
         {"threads", [](burin_config& c) { c.threads = 0; }},
         {"threads", [](burin_config& c) { c.threads = 65; }},
         {"truncation_along", [](burin_config& c) { c.truncation_along = 2; }},
-        {"reserved", [](burin_config& c) { c.reserved[2] = 1; }},
+        {"reserved", [](burin_config& c) { c.reserved[1] = 1; }},
     };
     const Memory memory = aligned_memory(16u << 20);
     for (const BadConfig& bad : cases) {

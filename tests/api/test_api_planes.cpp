@@ -361,10 +361,32 @@ TEST(ApiPlanesStore, ChunksThatLeaveAndComeBack) {
     for (const burin_plane& p : planes_of(map)) EXPECT_GT(p.support, 0u);
     EXPECT_GE(planes_of(map).size(), 2u);
 
-    // A store that is taken up again begins without planes.
-    ASSERT_EQ(burin_store_commit(map.map), BURIN_OK);
     ASSERT_EQ(burin_reset(map.map), BURIN_OK);
     EXPECT_EQ(planes_of(map).size(), 0u);
+}
+
+// The map becomes another one: what was found in the former is not of it.
+TEST(ApiPlanesStore, AResumedStoreBeginsWithoutPlanes) {
+    const TempFolder folder;
+    const std::string path = folder.path("store");
+    burin_config config = plane_config();
+    config.store_chunks = 20000;
+    const PlaneScene scene;
+    {
+        const ApiMap map(config);
+        ASSERT_EQ(burin_store_open(map.map, path.c_str(), BURIN_STORE_NEW), BURIN_OK);
+        fuse(map, scene, 0, 3);
+        ASSERT_EQ(burin_store_commit(map.map), BURIN_OK);
+    }
+    const ApiMap map(config);
+    fuse(map, scene, 0, 70);
+    ASSERT_EQ(burin_refresh_planes(map.map), BURIN_OK);
+    EXPECT_EQ(planes_of(map).size(), 3u);
+    ASSERT_EQ(burin_store_open(map.map, path.c_str(), BURIN_STORE_RESUME), BURIN_OK);
+    EXPECT_EQ(planes_of(map).size(), 0u);
+    fuse(map, scene, 3, 73);
+    ASSERT_EQ(burin_refresh_planes(map.map), BURIN_OK);
+    EXPECT_EQ(planes_of(map).size(), 3u);
 }
 
 }  // namespace

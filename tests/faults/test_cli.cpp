@@ -207,7 +207,10 @@ TEST_F(Cli, PlanesOfASequenceAndOfAMap) {
         EXPECT_EQ(mesh->labels.size(), mesh->triangles.size());
         EXPECT_EQ(mesh->filled.size(), mesh->triangles.size());
     }
-    EXPECT_TRUE(read_ply(path("plain/mesh.ply"))->labels.empty());
+    EXPECT_TRUE(read_ply(path("plain/mesh.ply"))->filled.empty());
+    ASSERT_EQ(fuse("grey", {"--no-colour"}).exit, 0);
+    const Ran grey = run_burin({"planes", path("grey/map.burin"), "-o", path("grey-planes")});
+    EXPECT_EQ(grey.exit, 0) << grey.err;
     EXPECT_EQ(run_burin({"planes", path("out/map.burin"), "-o", path("quiet"), "--quiet"}).out, "");
 }
 

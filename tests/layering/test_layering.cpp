@@ -41,8 +41,8 @@ const std::set<std::string> kQuotedLibraries = {"hwy"};
 
 // The runtime is what gets embedded: it depends on the C++ library, threads, Highway and Eigen. These belong
 // to tools.
-const std::set<std::string> kRuntimeRooms = {"core", "simd",  "depth",   "map",
-                                             "mesh", "track", "planes", "session", "api"};
+const std::set<std::string> kRuntimeRooms = {"core",  "simd",   "depth",   "map", "mesh",
+                                             "track", "planes", "session", "api"};
 const char* const kToolLibraries[] = {"CLI/",      "nlohmann/",   "tiny_gltf", "png.h",  "libpng",
                                       "jpeglib.h", "turbojpeg.h", "gtest/",    "open3d/"};
 

@@ -277,5 +277,39 @@ TEST(PlaneLayer, WhatWasSeenEmptyStaysEmpty) {
     EXPECT_GT(floor_area(t, {-0.2, 0.3, 0}, {0, 0.5, 0}).first, 0.038);
 }
 
+// The middle of a wide opening is in no chunk: nothing near it was ever measured, only seen through.
+TEST(PlaneLayer, AWideOpeningStaysOpen) {
+    PlaneScene scene;
+    scene.pit = true;
+    scene.hole_low = {-0.7, 0.2, 0};
+    scene.hole_high = {-0.1, 0.8, 0};
+    TestSession t(plane_config());
+    fuse(t, scene, 0, 100);
+    t.session.refresh_planes(t.jobs);
+    const double margin = 0.03;
+    EXPECT_EQ(
+        floor_area(t, scene.hole_low + Vec3d{margin, margin, 0}, scene.hole_high - Vec3d{margin, margin, 0})
+            .first,
+        0);
+}
+
+// Patches of a ball of 60 mm touch it each in another direction: no plane comes of them.
+TEST(PlaneLayer, ABallIsNoPlane) {
+    AnalyticScene ball{{}, {{{0, 0, 1}, 0.06}}};
+    burin_config config = plane_config();
+    config.voxel_m = 0.005f;
+    TestSession t(config);
+    for (int i = 0; i < 70; ++i) {
+        const double a = 0.09 * i;
+        const Se3 pose =
+            look_from({0.5 * std::sin(a), 0.1 * std::sin(3 * a), 1 - 0.5 * std::cos(a)}, {0, 0, 1});
+        const Image<float> depth = ball.depth(test_camera(), pose);
+        t.integrate(frame_of(depth, test_camera(), pose));
+    }
+    t.session.refresh_planes(t.jobs);
+    EXPECT_GT(t.mesh({}).triangles.size(), 1000u);
+    EXPECT_EQ(told(t).size(), 0u);
+}
+
 }  // namespace
 }  // namespace burin
