@@ -18,7 +18,7 @@ struct Candidate {
 struct RansacOptions {
     int hypotheses = 100;
     double inlier_m = 0.0025;  // half a voxel of 5 mm
-    int least = 40;            // vertices; a plane through a chunk has some 64 and more
+    int least = 20;  // vertices; a plane through a whole chunk has some 64 and more, its corner fewer
     int most_planes = 3;
 };
 

@@ -50,25 +50,26 @@ figures() {
         values=("${values[@]:1}")
     done
 }
-# line FILE KEY...: a row of the table; numbers in 4 digits.
+# line FILE KEY...: a row of the table; fractions in 4 digits.
 line() {
     local file=$1
     shift
     get "$file" "$(IFS=';'; echo "$*")" | awk -F, -v name="$name" '{
         printf "| %s |", name
-        for (i = 1; i <= NF; ++i) if ($i ~ /^-?[0-9]/) printf " %.4g |", $i; else printf " %s |", $i
+        for (i = 1; i <= NF; ++i) if ($i ~ /^[0-9]+$/) printf " %s |", $i; else if ($i ~ /^-?[0-9]/) printf " %.4g |", $i; else printf " %s |", $i
         printf "\n" }'
 }
 cost=$results/cost.md candidates=$results/candidates.md merging=$results/merging.md
-printf '| sequence | frames | planes ms mean | p50 | p95 | integrate ms mean | planes | refresh ms | with um | without um | ratio | refreshed: with um | without um | ratio |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n' >"$cost"
+printf '| sequence | frames | planes ms mean | p50 | p95 | integrate ms mean | planes | refresh ms | with um | without um | ratio | of means | refreshed: with um | without um | ratio | of means |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n' >"$cost"
 printf '| sequence | chunks | us | found | on planes | angle p50 | p95 | mm p50 | p95 | RANSAC us | mesh us | found | on planes | angle p50 | p95 | mm p50 | p95 |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n' >"$candidates"
 printf '| sequence | way | planes ms | refresh ms | recall | precision | angle p50 | worst | mm p50 | worst |\n|---|---|---|---|---|---|---|---|---|---|\n' >"$merging"
 for dataset in "${datasets[@]}"; do
     [[ -d $dataset ]] || { echo "planes: $dataset is not there" >&2; exit 1; }
     name=$(basename "$dataset") out=$results/$(basename "$dataset").json
     "$ours" "$dataset" --json --last "$frames" ${arguments[@]+"${arguments[@]}"} >"$out"
-    stability=(stability.with_p50_um stability.without_p50_um stability.ratio_p50 stability_refreshed.with_p50_um
-        stability_refreshed.without_p50_um stability_refreshed.ratio_p50)
+    stability=(stability.with_p50_um stability.without_p50_um stability.ratio_p50 stability.ratio_mean
+        stability_refreshed.with_p50_um stability_refreshed.without_p50_um stability_refreshed.ratio_p50
+        stability_refreshed.ratio_mean)
     main=(merge_ransac.planes_ms.mean merge_ransac.planes_ms.p50 merge_ransac.planes_ms.p95 merge_ransac.integrate_ms.mean
         merge_ransac.planes merge_ransac.refresh_ms)
     line "$out" frames "${main[@]}" "${stability[@]}" >>"$cost"

@@ -127,9 +127,9 @@ typedef struct burin_config {
     uint32_t tracker;      /* a burin_tracker; its memory, some 3 MiB, is in the budget. Default none */
     uint32_t track_colour; /* 1: also by brightness against keyframes, where frames have colour. Default 1 */
     uint32_t track_gyro;   /* 1: also by the gyroscope, where frames have samples. Default 1 */
-    uint32_t planes; /* 1: planes are found and the surface joins them (docs/planes.md); takes 5 MiB
-                              and a fifth to a third of the rest of the budget. Default 0 */
-    uint32_t reserved[2]; /* zero */
+    uint32_t planes;       /* 1: planes are found and the surface joins them (docs/planes.md); takes 5 MiB
+                                    and a fifth to a third of the rest of the budget. Default 0 */
+    uint32_t reserved[2];  /* zero */
 } burin_config;
 
 #define BURIN_CONFIG_VERSION 1u
