@@ -71,11 +71,39 @@ class CliScan : public testing::Test {
     TempFolder folder_;
 };
 
+TEST_F(CliScan, PlanesOfASavedMap) {
+    write_room(folder_, true);
+    ASSERT_EQ(scan("out", {"--no-planes"}).exit, 0);
+    EXPECT_EQ(listing(path("out")), "map.burin mesh.ply report.json trajectory.txt");
+    const std::string map = path("out/map.burin");
+    const Ran ran = run_burin({"planes", map, "-o", path("planes"), "--raw", "--label-colours", "--json"});
+    ASSERT_EQ(ran.exit, 0) << ran.err;
+    EXPECT_EQ(listing(path("planes")),
+              "floorplan.json floorplan.svg mesh.ply objects.json planes.json raw.ply");
+    EXPECT_EQ(read_bytes(path("planes/raw.ply")), read_bytes(path("out/mesh.ply"))) << "without planes";
+    const nlohmann::json counts = parse_json(ran.out);
+    EXPECT_GT(counts["planes"].get<int>(), 1);
+    EXPECT_EQ(counts["planes"], parse_json(read_bytes(path("planes/planes.json"))).size());
+    EXPECT_EQ(counts["objects"], parse_json(read_bytes(path("planes/objects.json"))).size());
+    const auto mesh = read_ply(path("planes/mesh.ply"));
+    ASSERT_TRUE(mesh.ok()) << mesh.status().text();
+    EXPECT_EQ(mesh->labels.size(), mesh->triangles.size());
+
+    // Turned upside down the plan's up follows, and it need not be of unit length.
+    ASSERT_EQ(run_burin({"planes", map, "-o", path("down"), "--up", "0,0,-2"}).exit, 0);
+    EXPECT_EQ(parse_json(read_bytes(path("down/floorplan.json")))["up"], (std::vector<double>{0, 0, -1}));
+    const Ran none = run_burin({"planes", map, "-o", path("none"), "--up", "0,0,0"});
+    EXPECT_EQ(none.exit, 2);
+    EXPECT_NE(none.err.find("--up"), std::string::npos) << none.err;
+}
+
 TEST_F(CliScan, WritesTrajectoryMeshMapAndReport) {
     write_room(folder_, true);
     const Ran ran = scan("out", {"--json"});
     ASSERT_EQ(ran.exit, 0) << ran.err;
-    EXPECT_EQ(listing(path("out")), "map.burin mesh.ply report.json trajectory.txt");
+    EXPECT_EQ(listing(path("out")),
+              "floorplan.json floorplan.svg map.burin mesh.ply objects.json planes.json report.json "
+              "trajectory.txt");
     EXPECT_LT(worst_m("out", kFrames), 0.003);  // measured 1 mm
     const nlohmann::json r = report("out");
     EXPECT_EQ(parse_json(ran.out), r);
@@ -99,6 +127,9 @@ TEST_F(CliScan, WritesTrajectoryMeshMapAndReport) {
     ASSERT_EQ(scan("two", {"--threads", "2", "--budget", "100MiB"}).exit, 0);
     EXPECT_EQ(read_bytes(path("two/trajectory.txt")), read_bytes(path("out/trajectory.txt")));
     EXPECT_EQ(report("two")["map_hash"], r["map_hash"]);
+    for (const char* file : {"/mesh.ply", "/planes.json", "/objects.json", "/floorplan.svg"})
+        EXPECT_EQ(read_bytes(path(std::string("two") + file)), read_bytes(path(std::string("out") + file)))
+            << file;
     // By depth alone it is another trajectory, and the other tracker has one of its own.
     ASSERT_EQ(scan("depth", {"--no-track-colour", "--no-gyro"}).exit, 0);
     EXPECT_NE(read_bytes(path("depth/trajectory.txt")), read_bytes(path("out/trajectory.txt")));
