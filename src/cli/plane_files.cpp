@@ -2,6 +2,7 @@
 // What the planes of a map leave behind: planes.json, objects.json, floorplan.svg and floorplan.json.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "cli/common.h"
 #include "export/floorplan.h"
@@ -137,6 +138,14 @@ Status write_objects(burin_map map, const TriangleMesh& mesh, const std::string&
                         {"faces", o.faces},
                         {"area_m2", o.area_m2},
                         {"label", kLabels[std::min<std::uint32_t>(o.label, 7)]}});
+        // What has less surface than a third of the ground it would cover is a skirting around a room, no
+        // furniture.
+        int up = 0;
+        for (int r = 1; r < 3; ++r)
+            if (std::fabs(plan->up_world[r]) > std::fabs(plan->up_world[up])) up = r;
+        const auto wide = [&o](int r) { return static_cast<double>(o.max[r] - o.min[r]); };
+        const double ground = wide((up + 1) % 3) * wide((up + 2) % 3);
+        if (3 * o.area_m2 < ground) continue;
         plan->objects.push_back({static_cast<std::uint8_t>(o.label),
                                  {o.min[0], o.min[1], o.min[2]},
                                  {o.max[0], o.max[1], o.max[2]}});
@@ -151,11 +160,11 @@ Status write_plane_files(burin_map map, const TriangleMesh& mesh, const std::str
     std::vector<burin_plane> planes;
     BURIN_TRY(list_planes(map, &planes));
     FloorPlanInput plan;
-    BURIN_TRY(write_planes(map, planes, folder, &plan));
-    BURIN_TRY(write_objects(map, mesh, folder, &plan));
     double up[3];
     BURIN_TRY(status_of(burin_planes_up(map, up), map));
     plan.up_world = {up[0], up[1], up[2]};
+    BURIN_TRY(write_planes(map, planes, folder, &plan));
+    BURIN_TRY(write_objects(map, mesh, folder, &plan));
     BURIN_TRY(write_floor_plan(folder + "/floorplan.svg", folder + "/floorplan.json", plan));
     nlohmann::json by_label;
     for (const char* name : kLabels) by_label[name] = 0;

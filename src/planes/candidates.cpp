@@ -15,7 +15,7 @@ using simd::PlaneSums;
 
 constexpr float kBand = 0.6f;     // of the truncation: distances beyond hold more of it than of the surface
 constexpr int kLeastVoxels = 40;  // a plane through a chunk has 64 voxels within half a voxel
-constexpr int kLeastLeft = 96;    // of what one plane leaves, for another: fewer are its noise
+constexpr int kLeastLeft = 64;    // of what one plane leaves, for another: fewer are its noise
 constexpr float kFlat = 0.15f;    // of the truncation: rms of what is still a plane, not a curve or clutter
 constexpr float kTukey = 4.685f;  // 95 % efficiency for normal residuals
 constexpr float kMadToSigma = 1.4826f;
@@ -107,14 +107,6 @@ class ChunkFit {
                                     chosen_);
     }
     int left() const { return left_; }
-    // Some of the voxels lie in front of the surface. Where none do it passes in the next chunk, whose own
-    // voxels in front of it tell of it.
-    bool in_front() const {
-        bool any = false;
-        for (int i = 0; i < 512; ++i) any |= (chosen_[i] != 0) & (chunk_.sdf[i] >= 0);
-        return any;
-    }
-
     // One plane among the chosen voxels; those that belong to it are then no longer chosen.
     bool next(Patch* out) {
         PlaneSums octants[8], all;
@@ -123,6 +115,7 @@ class ChunkFit {
         PlaneModel model;
         // The whole chunk as one plane; where that does not hold, the octant whose plane most voxels share.
         find_flat(all);
+        if (flat_ == 3 && !in_front()) return false;
         if (!(solve(all, flat_, slope_, &model) && settle(&model, 65535, kInlierShare))) {
             flat_ = 3;
             int most = kLeastVoxels - 1;
@@ -148,6 +141,14 @@ class ChunkFit {
     }
 
   private:
+    // Some of the voxels lie in front of the surface. Where none do, and there is more than a layer, it
+    // passes in the next chunk, whose own voxels in front of it tell of it.
+    bool in_front() const {
+        bool any = false;
+        for (int i = 0; i < 512; ++i) any |= (chosen_[i] != 0) & (chunk_.sdf[i] >= 0);
+        return any;
+    }
+
     // Seen aslant, distances grow so fast that a plane between two chunks leaves one layer of voxels within
     // the truncation in each: the slope across it then comes from the layers at its sides.
     void find_flat(const PlaneSums& all) {
@@ -351,7 +352,6 @@ Scatter Patch::scatter(Vec3d c) const {
 int find_candidates(const Volume& volume, std::uint32_t slot, Patch* out) {
     ChunkFit fit(volume, slot);
     int count = 0;
-    if (!fit.in_front()) return 0;
     while (count < kChunkPlanes && fit.left() >= (count == 0 ? kLeastVoxels : kLeastLeft) &&
            fit.next(out + count))
         ++count;

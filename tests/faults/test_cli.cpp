@@ -184,13 +184,14 @@ TEST_F(Cli, PlanesOfASequenceAndOfAMap) {
     ASSERT_EQ(fuse("plain").exit, 0);
     const Ran ran = fuse("out", {"--planes"});
     ASSERT_EQ(ran.exit, 0) << ran.err;
-    EXPECT_EQ(listing(path("out")), "map.burin mesh.ply planes.json report.json");
+    EXPECT_EQ(listing(path("out")),
+              "floorplan.json floorplan.svg map.burin mesh.ply objects.json planes.json report.json");
     EXPECT_EQ(report("out")["map_hash"], report("plain")["map_hash"]);
     const Ran again = run_burin({"planes", path("plain/map.burin"), "-o", path("again")});
     ASSERT_EQ(again.exit, 0) << again.err;
     EXPECT_EQ(again.err, "");
     EXPECT_NE(again.out.find("planes.json: 1 planes"), std::string::npos) << again.out;
-    EXPECT_EQ(listing(path("again")), "mesh.ply planes.json");
+    EXPECT_EQ(listing(path("again")), "floorplan.json floorplan.svg mesh.ply objects.json planes.json");
     for (const char* folder : {"out", "again"}) {
         const nlohmann::json planes = parse_json(read_bytes(path(std::string(folder) + "/planes.json")));
         ASSERT_EQ(planes.size(), 1u) << "the wall behind the ball";

@@ -128,7 +128,7 @@ TEST(Volume, NewChunksAreEmptyInUsedMemory) {
                 ASSERT_EQ(t.volume.geometry(slot).sdf[v], 0);
                 ASSERT_EQ(t.volume.colour(slot).rgbn[v][3], 0);
             }
-            EXPECT_EQ(t.volume.flags(slot), kChunkDirty);
+            EXPECT_EQ(t.volume.flags(slot), kChunkDirty | kChunkUnfitted);
             std::memset(static_cast<void*>(&t.volume.geometry(slot)), 0x77, sizeof(ChunkGeometry));
             std::memset(static_cast<void*>(&t.volume.colour(slot)), 0x77, sizeof(ChunkColour));
         }

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Which plane the faces of a mesh belong to.
+#include <algorithm>
+#include <cmath>
+
+#include "planes/plane_layer.h"
+
+namespace burin {
+
+std::uint16_t PlaneLayer::plane_at(Vec3d x, Vec3d normal) const {
+    const double side = kChunkSide * static_cast<double>(shape_.voxel_m);
+    if (!(norm(x) < side * kChunkLimit)) return kNoPlane;
+    const Vec3i c{static_cast<std::int32_t>(std::floor(x.x / side)),
+                  static_cast<std::int32_t>(std::floor(x.y / side)),
+                  static_cast<std::int32_t>(std::floor(x.z / side))};
+    const std::uint32_t entry = chunk_in_range(c) ? overlay_.find(pack_key(c)) : kNoChunk;
+    if (entry == kNoChunk) return kNoPlane;
+    const ChunkPlanes& chunk = chunks_[entry];
+    std::uint16_t best = kNoPlane;
+    // Half a voxel: what has joined a plane lies closer, but where it bends away to something else.
+    double nearest = 0.5 * static_cast<double>(shape_.voxel_m);
+    for (int i = 0; i < chunk.pulled; ++i) {
+        const GlobalPlane& plane = set_.at(chunk.pull[i]);
+        const double distance = std::fabs(plane.distance(x));
+        // 30 degrees: triangles of marching cubes on a plane that is not quite reached tilt.
+        if (plane.id == 0 || !(distance < nearest) || dot(plane.normal, normal) < 0.866) continue;
+        nearest = distance;
+        best = chunk.pull[i];
+    }
+    return best;
+}
+
+void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triangles, std::uint64_t count,
+                             std::uint8_t* labels, std::uint32_t* ids, std::uint8_t* filled,
+                             const Volume& volume, Jobs& jobs) const {
+    constexpr std::uint64_t kItem = 1024;  // triangles, some 100 us
+    jobs.run(static_cast<int>((count + kItem - 1) / kItem), [&](int item, int) {
+        const std::uint64_t first = static_cast<std::uint64_t>(item) * kItem;
+        for (std::uint64_t t = first; t < std::min(count, first + kItem); ++t) {
+            Vec3d corner[3];
+            for (int k = 0; k < 3; ++k) {
+                const float* p =
+                    positions + 3 * std::uint64_t{triangles[3 * t + static_cast<std::uint64_t>(k)]};
+                corner[k] = {p[0], p[1], p[2]};
+            }
+            const Vec3d middle = (corner[0] + corner[1] + corner[2]) * (1.0 / 3);
+            const Vec3d normal = normalised(cross(corner[1] - corner[0], corner[2] - corner[0]));
+            const std::uint16_t plane = plane_at(middle, normal);
+            const bool known = plane != kNoPlane && told(set_.at(plane));
+            if (labels) labels[t] = known ? set_.at(plane).label : 0;
+            if (ids) ids[t] = known ? set_.at(plane).id : 0;
+            if (!filled) continue;
+            // Completed: the voxel there was never seen.
+            const double voxel = static_cast<double>(shape_.voxel_m);
+            filled[t] = 0;
+            if (!(norm(middle) < voxel * kChunkSide * kChunkLimit)) continue;
+            const Vec3i at{static_cast<std::int32_t>(std::floor(middle.x / voxel)),
+                           static_cast<std::int32_t>(std::floor(middle.y / voxel)),
+                           static_cast<std::int32_t>(std::floor(middle.z / voxel))};
+            const Vec3i c{at.x >> 3, at.y >> 3, at.z >> 3};
+            const std::uint32_t slot = chunk_in_range(c) ? volume.find(pack_key(c)) : kNoChunk;
+            const int i = (at.z & 7) << 6 | (at.y & 7) << 3 | (at.x & 7);
+            filled[t] = slot == kNoChunk || volume.geometry(slot).weight[i] == 0;
+        }
+    });
+}
+
+}  // namespace burin
