@@ -96,11 +96,5 @@ done
     cat "$cost"; echo; cat "$candidates"; echo; cat "$merging"
 } | tee "$table"
 
-# Rows of this machine, commit, kind and sequence give way to the new ones, all others stay.
-csv=$source/bench/results/$machine.csv
-[[ -f $csv ]] || echo 'machine,commit,run,dataset,program,voxel_mm,threads,colour,metric,value' >"$csv"
-cut -d, -f1-4 "$rows" | sort -u >"$results/replaced"
-awk -F, 'NR == FNR { replaced[$0] = 1; next } !(($1 "," $2 "," $3 "," $4) in replaced)' "$results/replaced" "$csv" >"$csv.new"
-cat "$rows" >>"$csv.new"
-mv "$csv.new" "$csv"
+keep_rows "$rows" "$results"
 printf 'rows in %s, tables in %s\n' "$csv" "$table"

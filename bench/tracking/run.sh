@@ -115,11 +115,5 @@ for dataset in "${datasets[@]}"; do
 done
 [[ $peer_frames == 0 ]] || cat "$beside" >>"$table"
 
-# Rows of this machine, commit, kind and sequence give way to the new ones, all others stay.
-csv=$source/bench/results/$machine.csv
-[[ -f $csv ]] || echo 'machine,commit,run,dataset,program,voxel_mm,threads,colour,metric,value' >"$csv"
-cut -d, -f1-4 "$rows" | sort -u >"$results/replaced"
-awk -F, 'NR == FNR { replaced[$0] = 1; next } !(($1 "," $2 "," $3 "," $4) in replaced)' "$results/replaced" "$csv" >"$csv.new"
-cat "$rows" >>"$csv.new"
-mv "$csv.new" "$csv"
+keep_rows "$rows" "$results"
 printf 'rows in %s, table in %s\n' "$csv" "$table"
