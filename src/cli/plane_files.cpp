@@ -10,8 +10,6 @@
 namespace burin::cli {
 namespace {
 
-constexpr const char* kLabels[] = {"none", "wall", "floor", "ceiling", "table", "seat", "window", "door"};
-
 Status list_planes(burin_map map, std::vector<burin_plane>* planes) {
     std::uint64_t count = 0;
     burin_planes(map, nullptr, 0, &count);
@@ -105,7 +103,7 @@ Status write_planes(burin_map map, const std::vector<burin_plane>& planes, const
         list.push_back({{"polygon", largest_ring(points, starts, p.normal, rings)},
                         {"rings", rings},
                         {"id", p.id},
-                        {"label", kLabels[std::min<std::uint32_t>(p.label, 7)]},
+                        {"label", label_name(static_cast<std::uint8_t>(p.label))},
                         {"normal", p.normal},
                         {"offset", p.offset},
                         {"area_m2", p.area_m2},
@@ -116,8 +114,8 @@ Status write_planes(burin_map map, const std::vector<burin_plane>& planes, const
     return write_json(folder + "/planes.json", list);
 }
 
-Status write_objects(burin_map map, const TriangleMesh& mesh, const std::string& folder,
-                     FloorPlanInput* plan) {
+Status write_objects(burin_map map, const TriangleMesh& mesh, const std::string& folder, FloorPlanInput* plan,
+                     std::uint64_t* written) {
     const burin_mesh_buffers buffers = buffers_of(mesh);
     std::vector<std::uint32_t> scratch(2 * mesh.positions.size() + mesh.triangles.size());
     std::vector<burin_object> objects(256);
@@ -137,7 +135,7 @@ Status write_objects(burin_map map, const TriangleMesh& mesh, const std::string&
                         {"max", o.max},
                         {"faces", o.faces},
                         {"area_m2", o.area_m2},
-                        {"label", kLabels[std::min<std::uint32_t>(o.label, 7)]}});
+                        {"label", label_name(static_cast<std::uint8_t>(o.label))}});
         // What has less surface than a third of the ground it would cover is a skirting around a room, no
         // furniture.
         int up = 0;
@@ -150,6 +148,7 @@ Status write_objects(burin_map map, const TriangleMesh& mesh, const std::string&
                                  {o.min[0], o.min[1], o.min[2]},
                                  {o.max[0], o.max[1], o.max[2]}});
     }
+    *written = count;
     return write_json(folder + "/objects.json", list);
 }
 
@@ -164,15 +163,16 @@ Status write_plane_files(burin_map map, const TriangleMesh& mesh, const std::str
     BURIN_TRY(status_of(burin_planes_up(map, up), map));
     plan.up_world = {up[0], up[1], up[2]};
     BURIN_TRY(write_planes(map, planes, folder, &plan));
-    BURIN_TRY(write_objects(map, mesh, folder, &plan));
+    std::uint64_t objects = 0;
+    BURIN_TRY(write_objects(map, mesh, folder, &plan, &objects));
     BURIN_TRY(write_floor_plan(folder + "/floorplan.svg", folder + "/floorplan.json", plan));
     nlohmann::json by_label;
-    for (const char* name : kLabels) by_label[name] = 0;
+    for (std::uint8_t label = 0; label < kLabelCount; ++label) by_label[label_name(label)] = 0;
     for (const burin_plane& p : planes) {
-        nlohmann::json& n = by_label[kLabels[std::min<std::uint32_t>(p.label, 7)]];
+        nlohmann::json& n = by_label[label_name(static_cast<std::uint8_t>(p.label))];
         n = n.get<int>() + 1;
     }
-    *counts = {{"planes", planes.size()}, {"objects", plan.objects.size()}, {"labels", by_label}};
+    *counts = {{"planes", planes.size()}, {"objects", objects}, {"labels", by_label}};
     return {};
 }
 

@@ -5,6 +5,12 @@
 
 namespace burin {
 
+const char* label_name(std::uint8_t label) {
+    static constexpr const char* kNames[kLabelCount] = {"none",  "wall", "floor",  "ceiling",
+                                                        "table", "seat", "window", "door"};
+    return label < kLabelCount ? kNames[label] : "unknown";
+}
+
 Status check_mesh(const TriangleMesh& mesh) {
     const std::size_t vertices = mesh.positions.size(), triangles = mesh.triangles.size();
     // int indices in PLY; also keeps the byte counts of every format inside 64 bits.

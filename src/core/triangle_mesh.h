@@ -22,6 +22,10 @@ struct TriangleMesh {
     std::vector<std::uint8_t> filled;  // 1: completed by a plane, not seen; else 0
 };
 
+// "none", "wall" ... of 0..7; "unknown" for what is no label. Static.
+inline constexpr std::uint8_t kLabelCount = 8;
+const char* label_name(std::uint8_t label);
+
 // What exporters and evaluation demand. Error (invalid_argument): normals or colours neither empty nor one
 // per vertex, labels or filled neither empty nor one per triangle, over 2^31 - 1 of anything, an index out of
 // range, a position that is not finite.

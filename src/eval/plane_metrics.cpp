@@ -89,12 +89,6 @@ PlaneFault fault_of(int plane, const std::vector<Judged>& all, const Mine& mine)
 
 }  // namespace
 
-const char* label_name(std::uint8_t label) {
-    static constexpr const char* kNames[] = {"none",  "wall", "floor",  "ceiling",
-                                             "table", "seat", "window", "door"};
-    return label < 8 ? kNames[label] : "unknown";
-}
-
 PlaneMatches match_planes(const std::vector<LabelledPlane>& found, const std::vector<LabelledPlane>& truth,
                           const PlaneMatchOptions& options) {
     const std::vector<Judged> all = candidates(found, truth, options);

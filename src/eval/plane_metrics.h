@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/status.h"
+#include "core/triangle_mesh.h"
 #include "core/vec.h"
 #include "eval/plane_raster.h"
 
@@ -22,8 +23,6 @@ struct LabelledPlane {
     double seen_area_m2 = 0;  // truth only: of area_m2, what some frame saw
     std::vector<Ring> rings;  // inside is what an odd number of them encloses
 };
-
-const char* label_name(std::uint8_t label);
 
 // Reads planes.json, found or true. "rings" (a list of outlines) stands for "polygon" where both are given. A
 // normal off unit length by rounding is brought to it. Errors: io; format, naming entry and key.

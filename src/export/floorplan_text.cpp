@@ -5,12 +5,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "core/triangle_mesh.h"
 #include "export/floorplan.h"
 
 namespace burin {
 namespace {
-
-constexpr const char* kLabels[] = {"none", "wall", "floor", "ceiling", "table", "seat", "window", "door"};
 
 // Metres on the plan.
 constexpr double kMargin = 0.7;      // around everything, for the scale bar and for doors that open outwards
@@ -181,7 +180,7 @@ std::string floor_plan_json(const FloorPlan& plan) {
         for (const auto& ring : rings) free_space.push_back(ring_json(ring));
     nlohmann::ordered_json furniture = nlohmann::ordered_json::array();
     for (const PlanOutline& outline : plan.furniture)
-        furniture.push_back({{"label", outline.label == 0 ? "object" : kLabels[outline.label & 7]},
+        furniture.push_back({{"label", outline.label == 0 ? "object" : label_name(outline.label)},
                              {"outline", ring_json(outline.ring)}});
     nlohmann::ordered_json json = {{"up", {T.R(2, 0), T.R(2, 1), T.R(2, 2)}},
                                    {"T_plan_world", matrix},

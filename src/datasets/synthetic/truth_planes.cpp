@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/triangle_mesh.h"
 #include "datasets/synthetic/portable_math.h"
 
 namespace burin {
@@ -184,8 +185,6 @@ std::vector<TruthPlane> PlaneSurvey::planes() const {
 }
 
 std::string planes_json(const std::vector<TruthPlane>& planes) {
-    static constexpr const char* kLabels[] = {"none",  "wall", "floor",  "ceiling",
-                                              "table", "seat", "window", "door"};
     const auto vector = [](Vec3d v) { return nlohmann::ordered_json::array({v.x, v.y, v.z}); };
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const TruthPlane& plane : planes) {
@@ -194,7 +193,7 @@ std::string planes_json(const std::vector<TruthPlane>& planes) {
         nlohmann::ordered_json zero = nlohmann::ordered_json::array();
         for (int i = 0; i < 4; ++i) zero.push_back(nlohmann::ordered_json::array({0.0, 0.0, 0.0, 0.0}));
         list.push_back({{"id", plane.id},
-                        {"label", kLabels[plane.label]},
+                        {"label", label_name(plane.label)},
                         {"normal", vector(plane.normal)},
                         {"offset", plane.offset},
                         {"area_m2", plane.area_m2},
