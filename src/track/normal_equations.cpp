@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/jacobi.h"
+
 namespace burin {
 namespace {
 
@@ -102,34 +104,11 @@ bool NormalEquations::solve(double damping, Twist* xi) const {
 }
 
 Spectrum spectrum_of(const NormalEquations& system, double reach_m) {
-    double M[6][6], V[6][6] = {};
-    for (int r = 0; r < 6; ++r) {
-        V[r][r] = 1;
+    double M[6][6], V[6][6];
+    for (int r = 0; r < 6; ++r)
         for (int c = 0; c < 6; ++c)
             M[r][c] = system.A[r][c] / ((r < 3 ? 1 : reach_m) * (c < 3 ? 1 : reach_m));
-    }
-    // Cyclic Jacobi; six unknowns settle to rounding in five sweeps, eight are safe.
-    for (int sweep = 0; sweep < 8; ++sweep)
-        for (int p = 0; p < 5; ++p)
-            for (int q = p + 1; q < 6; ++q) {
-                if (M[p][q] == 0) continue;
-                const double theta = (M[q][q] - M[p][p]) / (2 * M[p][q]);
-                const double t = (theta < 0 ? -1 : 1) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
-                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 6; ++k) {
-                    const double a = M[k][p], b = M[k][q];
-                    M[k][p] = c * a - s * b;
-                    M[k][q] = s * a + c * b;
-                }
-                for (int k = 0; k < 6; ++k) {
-                    const double a = M[p][k], b = M[q][k];
-                    M[p][k] = c * a - s * b;
-                    M[q][k] = s * a + c * b;
-                    const double va = V[p][k], vb = V[q][k];
-                    V[p][k] = c * va - s * vb;
-                    V[q][k] = s * va + c * vb;
-                }
-            }
+    diagonalise(M, V, 8);
     int order[6] = {0, 1, 2, 3, 4, 5};
     for (int i = 0; i < 6; ++i)  // insertion: NaN may be among them
         for (int k = i; k > 0 && M[order[k]][order[k]] < M[order[k - 1]][order[k - 1]]; --k)
