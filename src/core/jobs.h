@@ -7,6 +7,7 @@
 #include <pthread.h>
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <type_traits>
@@ -61,6 +62,17 @@ class Jobs {
                 (*static_cast<std::remove_reference_t<Body>*>(context))(item, worker);
             },
             const_cast<void*>(static_cast<const void*>(&body)));
+    }
+
+    // The same for many small pieces, `per_item` of them (>= 1) a step of the job counter: body(i) for every
+    // i in 0..count-1.
+    template <class Body>
+    void run_pieces(std::size_t count, std::size_t per_item, Body&& body) {
+        run(static_cast<int>((count + per_item - 1) / per_item), [&](int item, int) {
+            const std::size_t first = static_cast<std::size_t>(item) * per_item;
+            const std::size_t end = first + per_item < count ? first + per_item : count;
+            for (std::size_t i = first; i < end; ++i) body(i);
+        });
     }
 
   private:

@@ -8,19 +8,7 @@
 namespace burin {
 namespace {
 
-constexpr int kBatch = 1024;  // samples a job, about a millisecond
-
-int batches(std::size_t count) { return static_cast<int>((count + kBatch - 1) / kBatch); }
-
-// Calls body(i) for every i < count, in batches.
-template <class Body>
-void for_each(std::size_t count, Jobs& jobs, const Body& body) {
-    jobs.run(batches(count), [&](int batch, int) {
-        const std::size_t begin = static_cast<std::size_t>(batch) * kBatch,
-                          end = std::min(count, begin + kBatch);
-        for (std::size_t i = begin; i < end; ++i) body(i);
-    });
-}
+constexpr std::size_t kBatch = 1024;  // samples a job, about a millisecond
 
 // Uniform in [0, 1) from a counter: the i-th number needs no state, so samples can be drawn in any order. The
 // mixing is SplitMix64 (Steele et al. 2014).
@@ -86,7 +74,7 @@ Measured measure(const SurfaceSamples& samples, const TriangleBvh& surface, Jobs
     const std::size_t count = samples.points.size();
     out.distance_m.resize(count);
     out.cosine.assign(count, std::nan(""));
-    for_each(count, jobs, [&](std::size_t i) {
+    jobs.run_pieces(count, kBatch, [&](std::size_t i) {
         const ClosestPoint closest = surface.closest(samples.points[i]);
         out.distance_m[i] = closest.distance_m;
         if (!samples.normals.empty())
@@ -101,7 +89,7 @@ Measured measure(const SurfaceSamples& samples, const MeshTruth& truth, Jobs& jo
     const std::size_t count = samples.points.size();
     out.distance_m.resize(count);
     out.cosine.assign(count, std::nan(""));
-    for_each(count, jobs, [&](std::size_t i) {
+    jobs.run_pieces(count, kBatch, [&](std::size_t i) {
         out.distance_m[i] = std::fabs(truth.distance_m(samples.points[i]));
         if (truth.normal) out.cosine[i] = cosine_between(samples.normals[i], truth.normal(samples.points[i]));
     });
@@ -156,7 +144,7 @@ Result<SurfaceSamples> sample_surface(const TriangleMesh& mesh, int count, std::
     samples.points.resize(static_cast<std::size_t>(count));
     samples.normals.resize(static_cast<std::size_t>(count));
     std::vector<std::uint8_t> keep(static_cast<std::size_t>(count), 1);
-    for_each(static_cast<std::size_t>(count), jobs, [&](std::size_t i) {
+    jobs.run_pieces(static_cast<std::size_t>(count), kBatch, [&](std::size_t i) {
         const double along = (static_cast<double>(i) + uniform(seed, 3 * i)) / count * total;
         // The first whose sum exceeds the target: never one without area.
         const auto found =

@@ -7,18 +7,9 @@
 namespace burin {
 namespace {
 
-constexpr int kBatch = 4096;  // vertices or faces a job: some milliseconds
+constexpr std::size_t kBatch = 4096;  // vertices or faces a job: some milliseconds
 
 int batches(std::size_t count) { return static_cast<int>((count + kBatch - 1) / kBatch); }
-
-template <class Body>
-void for_each(std::size_t count, Jobs& jobs, const Body& body) {
-    jobs.run(batches(count), [&](int batch, int) {
-        const std::size_t begin = static_cast<std::size_t>(batch) * kBatch,
-                          end = std::min(count, begin + kBatch);
-        for (std::size_t i = begin; i < end; ++i) body(i);
-    });
-}
 
 bool is_filled(const TriangleMesh& mesh, std::size_t face) {
     return !mesh.filled.empty() && mesh.filled[face];
@@ -37,7 +28,7 @@ FlatnessFigures measure_flatness(const TriangleMesh& mesh, const PlaneTruth& tru
     };
     std::vector<int> plane(mesh.positions.size(), -1);
     std::vector<double> distance(mesh.positions.size(), 0);
-    for_each(mesh.positions.size(), jobs, [&](std::size_t i) {
+    jobs.run_pieces(mesh.positions.size(), kBatch, [&](std::size_t i) {
         plane[i] = extents.plane_at(to_double(mesh.positions[i]), accept, &distance[i]);
     });
     FlatnessFigures out;
@@ -67,7 +58,7 @@ FlatnessFigures measure_flatness(const TriangleMesh& mesh, const PlaneTruth& tru
     const std::size_t most = static_cast<std::size_t>(options.distance_samples),
                       count = std::min(others.size(), most);
     std::vector<double> error(count);
-    for_each(count, jobs, [&](std::size_t k) {
+    jobs.run_pieces(count, kBatch, [&](std::size_t k) {
         const std::size_t i = others[others.size() * k / count];
         error[k] = std::fabs(truth.surface_distance_m(to_double(mesh.positions[i])));
     });

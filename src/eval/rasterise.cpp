@@ -14,7 +14,7 @@ namespace burin {
 namespace {
 
 constexpr int kBandRows = 16;  // rows a job: dozens of jobs in any image, so that threads end together
-constexpr int kBatch = 16384;  // vertices or triangles a job, well under a millisecond
+constexpr std::size_t kBatch = 16384;  // vertices or triangles a job, well under a millisecond
 
 // The pixels a triangle may cover; empty when u0 > u1. kMaxImageSide fits 16 bits.
 struct PixelRect {
@@ -87,8 +87,6 @@ void draw(const Camera& camera, const Corners& t, std::uint32_t index, const Pix
     }
 }
 
-int batches(std::size_t count) { return static_cast<int>((count + kBatch - 1) / kBatch); }
-
 }  // namespace
 
 Result<MeshRaster> rasterise(const TriangleMesh& mesh, const Camera& camera, const Se3& T_world_camera,
@@ -104,22 +102,15 @@ Result<MeshRaster> rasterise(const TriangleMesh& mesh, const Camera& camera, con
 
     const Se3 T_camera_world = T_world_camera.inverse();
     std::vector<Vec3d> points(mesh.positions.size());
-    jobs.run(batches(points.size()), [&](int batch, int) {
-        const std::size_t begin = static_cast<std::size_t>(batch) * kBatch,
-                          end = std::min(points.size(), begin + kBatch);
-        for (std::size_t i = begin; i < end; ++i) points[i] = T_camera_world * to_double(mesh.positions[i]);
-    });
+    jobs.run_pieces(points.size(), kBatch,
+                    [&](std::size_t i) { points[i] = T_camera_world * to_double(mesh.positions[i]); });
     const auto corners_of = [&](std::size_t i) {
         const auto& t = mesh.triangles[i];
         return Corners{points[t[0]], points[t[1]], points[t[2]]};
     };
     std::vector<PixelRect> rects(mesh.triangles.size());
-    jobs.run(batches(rects.size()), [&](int batch, int) {
-        const std::size_t begin = static_cast<std::size_t>(batch) * kBatch,
-                          end = std::min(rects.size(), begin + kBatch);
-        for (std::size_t i = begin; i < end; ++i)
-            rects[i] = cover(camera, corners_of(i), near_m, cull_back_faces);
-    });
+    jobs.run_pieces(rects.size(), kBatch,
+                    [&](std::size_t i) { rects[i] = cover(camera, corners_of(i), near_m, cull_back_faces); });
 
     // The triangles of every band of rows, in their order in the mesh: entries[starts[b]] to entries[starts[b
     // + 1]].

@@ -70,16 +70,13 @@ struct Planes {
     }
 };
 
-constexpr int kPerItem = 16;  // chunks a step of the job counter, some 10 us
+constexpr std::size_t kPerItem = 16;  // chunks a step of the job counter, some 10 us
 
 template <class Body>
 void for_slots(Jobs& jobs, const SurfaceField& field, Body&& body) {
-    const int numbers = static_cast<int>(field.numbers());
-    jobs.run((numbers + kPerItem - 1) / kPerItem, [&](int item, int) {
-        for (int i = item * kPerItem; i < std::min(numbers, (item + 1) * kPerItem); ++i) {
-            const std::uint32_t slot = field.slot_at(static_cast<std::uint32_t>(i));
-            if (field.holds(slot)) body(slot);
-        }
+    jobs.run_pieces(field.numbers(), kPerItem, [&](std::size_t i) {
+        const std::uint32_t slot = field.slot_at(static_cast<std::uint32_t>(i));
+        if (field.holds(slot)) body(slot);
     });
 }
 

@@ -217,15 +217,14 @@ int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOption
         }
         return done;
     }
-    constexpr int kPerItem = 8;  // chunks a step of the job counter, some 100 us
-    const auto in_items = [&](int chunks, auto&& body) {
-        jobs.run((chunks + kPerItem - 1) / kPerItem, [&](int item, int) {
-            for (int i = item * kPerItem; i < std::min(chunks, (item + 1) * kPerItem); ++i) body(i);
-        });
+    constexpr std::size_t kPerItem = 8;  // chunks a step of the job counter, some 100 us
+    const auto chunks = [&](int some, auto&& body) {
+        jobs.run_pieces(static_cast<std::size_t>(some), kPerItem,
+                        [&](std::size_t i) { body(static_cast<int>(i)); });
     };
-    in_items(count, measure);
+    chunks(count, measure);
     while (done < count && place(done)) ++done;
-    in_items(done, [&](int i) {
+    chunks(done, [&](int i) {
         if (ranges[i].triangles > 0) mesh_at(keys[i], options, out, ranges[i]);
     });
     for (int i = 0; i < done; ++i) meshed(i);
