@@ -4,6 +4,7 @@
 
 #include "api/call.h"
 #include "api/frame_check.h"
+#include "api/mesh_check.h"
 #include "burin/burin.h"
 #include "map/sample_batch.h"
 
@@ -207,12 +208,7 @@ burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_tria
     if (!mesh || !scratch) return report(thread_error(), null_argument(mesh ? "scratch" : "mesh"));
     if (!mesh->triangles && mesh->triangle_count > 0)
         return report(thread_error(), null_argument("mesh->triangles"));
-    for (std::uint64_t i = 0; i < 3 * mesh->triangle_count; ++i)
-        if (mesh->triangles[i] >= mesh->vertex_count)
-            return report(
-                thread_error(),
-                Status::error(Code::invalid_argument, "mesh: index %u, expected below %llu",
-                              mesh->triangles[i], static_cast<unsigned long long>(mesh->vertex_count)));
+    if (const Status status = check_indices(*mesh); !status.ok()) return report(thread_error(), status);
     const MeshCounts kept = remove_small_components(
         buffers_of(*mesh), {mesh->vertex_count, mesh->triangle_count}, min_triangles, scratch);
     mesh->vertex_count = kept.vertices;

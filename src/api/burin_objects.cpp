@@ -5,6 +5,7 @@
 #include <new>
 
 #include "api/call.h"
+#include "api/mesh_check.h"
 #include "planes/objects.h"
 
 using namespace burin;
@@ -31,21 +32,15 @@ burin_object c_object(const ObjectBox& box) {
 }
 
 Status check_mesh(const burin_mesh_buffers* mesh, const uint8_t* face_labels, const uint32_t* scratch) {
-    if (!mesh) return null_argument("mesh");
+    BURIN_TRY(check_mesh_arrays(mesh));
     if (mesh->triangle_count == 0) return {};
-    if (!mesh->positions || !mesh->triangles)
-        return null_argument(mesh->positions ? "mesh->triangles" : "mesh->positions");
     if (!face_labels || !scratch) return null_argument(face_labels ? "scratch" : "face_labels");
     if (mesh->vertex_count > 0xffffffffu || mesh->triangle_count > 0xffffffffu)
         return Status::error(Code::invalid_argument,
                              "mesh: %llu vertices and %llu triangles, expected below 2^32",
                              static_cast<unsigned long long>(mesh->vertex_count),
                              static_cast<unsigned long long>(mesh->triangle_count));
-    for (std::uint64_t i = 0; i < 3 * mesh->triangle_count; ++i)
-        if (mesh->triangles[i] >= mesh->vertex_count)
-            return Status::error(Code::invalid_argument, "mesh: index %u, expected below %llu",
-                                 mesh->triangles[i], static_cast<unsigned long long>(mesh->vertex_count));
-    return {};
+    return check_indices(*mesh);
 }
 
 }  // namespace
@@ -56,9 +51,8 @@ burin_status burin_mesh_objects(burin_map map, const burin_mesh_buffers* mesh, c
                                 uint32_t* scratch, burin_object* objects, uint64_t capacity, uint64_t* count,
                                 uint32_t* face_objects) {
     return Call(map).run([&](MapState& state) -> Status {
+        BURIN_TRY(require_planes(state));
         const PlaneLayer& layer = state.session.planes();
-        if (!layer.enabled())
-            return Status::error(Code::state, "config.planes is 0: the map looks for no planes");
         if (!count) return null_argument("count");
         if (!objects && capacity > 0) return null_argument("objects");
         *count = 0;

@@ -4,15 +4,11 @@
 #include <cmath>
 
 #include "api/call.h"
+#include "api/mesh_check.h"
 
 using namespace burin;
 
 namespace {
-
-Status check_enabled(const MapState& state) {
-    if (state.session.planes().enabled()) return {};
-    return Status::error(Code::state, "config.planes is 0: the map looks for no planes");
-}
 
 burin_plane c_plane(const GlobalPlane& p) {
     burin_plane out = {};
@@ -33,7 +29,7 @@ extern "C" {
 
 burin_status burin_refresh_planes(burin_map map) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
+        BURIN_TRY(require_planes(state));
         Watch watch(state, 4);
         state.session.refresh_planes(state.jobs);
         return watch.progress.finish();
@@ -42,7 +38,7 @@ burin_status burin_refresh_planes(burin_map map) {
 
 burin_status burin_planes(burin_map map, burin_plane* planes, uint64_t capacity, uint64_t* count) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
+        BURIN_TRY(require_planes(state));
         if (!count) return null_argument("count");
         if (!planes && capacity > 0) return null_argument("planes");
         const PlaneLayer& layer = state.session.planes();
@@ -65,7 +61,7 @@ burin_status burin_planes(burin_map map, burin_plane* planes, uint64_t capacity,
 burin_status burin_plane_events(burin_map map, burin_plane_event* events, uint64_t capacity, uint64_t* count,
                                 uint64_t* lost) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
+        BURIN_TRY(require_planes(state));
         if (!count) return null_argument("count");
         if (!events && capacity > 0) return null_argument("events");
         *count = 0;
@@ -83,15 +79,10 @@ burin_status burin_plane_events(burin_map map, burin_plane_event* events, uint64
 burin_status burin_label_faces(burin_map map, const burin_mesh_buffers* mesh, uint8_t* labels,
                                uint32_t* plane_ids, uint8_t* filled) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
-        if (!mesh) return null_argument("mesh");
+        BURIN_TRY(require_planes(state));
+        BURIN_TRY(check_mesh_arrays(mesh));
         if (mesh->triangle_count == 0) return {};
-        if (!mesh->positions || !mesh->triangles)
-            return null_argument(mesh->positions ? "mesh->triangles" : "mesh->positions");
-        for (std::uint64_t i = 0; i < 3 * mesh->triangle_count; ++i)
-            if (mesh->triangles[i] >= mesh->vertex_count)
-                return Status::error(Code::invalid_argument, "mesh: index %u, expected below %llu",
-                                     mesh->triangles[i], static_cast<unsigned long long>(mesh->vertex_count));
+        BURIN_TRY(check_indices(*mesh));
         Watch watch(state, 1);
         state.session.planes().label_faces(mesh->positions, mesh->triangles, mesh->triangle_count, labels,
                                            plane_ids, filled, state.session.volume(), state.jobs);
@@ -103,7 +94,7 @@ burin_status burin_plane_outline(burin_map map, uint32_t id, uint32_t completed,
                                  uint64_t capacity, uint64_t* count, uint32_t* ring_starts,
                                  uint64_t ring_capacity, uint64_t* rings) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
+        BURIN_TRY(require_planes(state));
         if (!count || !rings) return null_argument(count ? "rings" : "count");
         if (!points && capacity > 0) return null_argument("points");
         if (!ring_starts && ring_capacity > 0) return null_argument("ring_starts");
@@ -135,7 +126,7 @@ burin_status burin_plane_outline(burin_map map, uint32_t id, uint32_t completed,
 burin_status burin_plane_hit(burin_map map, const double origin[3], const double direction[3], double max_m,
                              uint32_t* id, double* distance_m) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
+        BURIN_TRY(require_planes(state));
         if (!origin || !direction || !id || !distance_m)
             return null_argument("origin, direction, id or distance_m");
         const Vec3d o{origin[0], origin[1], origin[2]}, d{direction[0], direction[1], direction[2]};
@@ -155,7 +146,7 @@ burin_status burin_plane_hit(burin_map map, const double origin[3], const double
 
 burin_status burin_set_up(burin_map map, const double up[3]) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
+        BURIN_TRY(require_planes(state));
         if (!up) return null_argument("up");
         const Vec3d u{up[0], up[1], up[2]};
         if (!(std::fabs(norm(u) - 1) < 1e-3))
@@ -168,7 +159,7 @@ burin_status burin_set_up(burin_map map, const double up[3]) {
 
 burin_status burin_planes_up(burin_map map, double up[3]) {
     return Call(map).run([&](MapState& state) -> Status {
-        BURIN_TRY(check_enabled(state));
+        BURIN_TRY(require_planes(state));
         if (!up) return null_argument("up");
         const Vec3d u = state.session.planes().up();
         for (int k = 0; k < 3; ++k) up[k] = u[k];

@@ -4,6 +4,7 @@
 // i >> 6).
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "core/vec.h"
@@ -42,5 +43,18 @@ inline Vec3i unpack_key(ChunkKey key) {
     };
     return {field(0), field(21), field(42)};
 }
+
+// The voxel that holds a point, both in range; false where the lattice ends or the point is no number.
+inline bool voxel_at(Vec3d x, double voxel_m, Vec3i* voxel) {
+    for (int r = 0; r < 3; ++r) {
+        const double lattice = std::floor(x[r] / voxel_m);
+        if (!(std::fabs(lattice) < 1.0 * kChunkSide * (kChunkLimit - 1))) return false;
+        (*voxel)[r] = static_cast<std::int32_t>(lattice);
+    }
+    return true;
+}
+inline Vec3i chunk_of_voxel(Vec3i v) { return {v.x >> 3, v.y >> 3, v.z >> 3}; }
+// Index within its chunk of a voxel.
+inline int voxel_index(Vec3i v) { return (v.z & 7) << 6 | (v.y & 7) << 3 | (v.x & 7); }
 
 }  // namespace burin

@@ -23,9 +23,6 @@ inline bool cell_of(Vec3d p, double inverse_voxel, Vec3i* low, float place[3]) {
     return true;
 }
 
-// Index within its chunk of a voxel.
-inline int voxel_index(Vec3i v) { return (v.z & 7) << 6 | (v.y & 7) << 3 | (v.x & 7); }
-
 // To metres, and to a gradient without unit.
 inline simd::SampleScale sample_scale(const Volume& volume) {
     return {volume.units_to_m(), volume.units_to_m() * static_cast<float>(1.0 / volume.voxel_m())};

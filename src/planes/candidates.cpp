@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "simd/plane_fit.h"
+#include "simd/tsdf.h"
 
 namespace burin {
 namespace {
@@ -26,7 +27,7 @@ constexpr float kInlierShare = 0.6f;  // of the voxels near a plane that must ag
 // within the band.
 constexpr float kInlierShareOfSome = 0.35f;
 constexpr int kIterations = 3;
-constexpr std::uint16_t kMinWeight = 64;  // one observation: less is the rim of what was seen
+constexpr std::uint16_t kMinWeight = simd::kWeightOne;  // one observation: less is the rim of what was seen
 
 // f = a . u + c by least squares: Cholesky on the 4x4 normal equations. False: the voxels do not span it.
 // Where `flat` is an axis, a[flat] is given (by `slope`) and not sought.
@@ -269,9 +270,7 @@ class ChunkFit {
         out->stretch = stretch(m);
         out->rms_m = rms_voxels_ * voxel_m_;
         out->plane = kNoPlane;
-        out->axis = 0;
-        for (std::uint8_t r = 1; r < 3; ++r)
-            if (std::fabs(out->normal[r]) > std::fabs(out->normal[out->axis])) out->axis = r;
+        out->axis = static_cast<std::uint8_t>(Axes(out->unit_normal()).axis);
 
         // Foot points p = x - n (n . x + offset): their sums from those of x.
         const Vec3d n = out->unit_normal();
@@ -336,6 +335,17 @@ class ChunkFit {
 };
 
 }  // namespace
+
+Axes::Axes(Vec3d normal) {
+    int facing = 0;
+    for (int r = 1; r < 3; ++r)
+        if (std::fabs(normal[r]) > std::fabs(normal[facing])) facing = r;
+    *this = Axes(facing);
+}
+
+Vec3d Patch::middle(Vec3d centre) const {
+    return centre + Vec3d{p[0], p[1], p[2]} * (1 / static_cast<double>(n));
+}
 
 Scatter Patch::scatter(Vec3d c) const {
     Scatter s;

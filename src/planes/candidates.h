@@ -13,6 +13,14 @@ namespace burin {
 inline constexpr int kChunkPlanes = 3;  // a corner of a room
 inline constexpr std::uint16_t kNoPlane = 0xffff;
 
+// The axis that a plane is nearest to facing, the first of equals, and the two others, in order.
+struct Axes {
+    int axis = 0, first = 1, second = 2;
+    explicit Axes(int facing) : axis(facing), first(facing == 0 ? 1 : 0), second(facing == 2 ? 1 : 2) {}
+    explicit Axes(Vec3d normal);
+    Axes() = default;
+};
+
 // What one chunk holds of one plane. Metres, from the chunk's centre.
 struct Patch {
     float normal[3], offset;  // its own fit, unit normal into free space: normal . x + offset = 0
@@ -26,6 +34,7 @@ struct Patch {
     std::uint8_t unused[5];
 
     Vec3d unit_normal() const { return {normal[0], normal[1], normal[2]}; }
+    Vec3d middle(Vec3d centre) const;     // of its foot points, in the world, centre: of the chunk
     Scatter scatter(Vec3d centre) const;  // in the world, centre: of the chunk
 };
 

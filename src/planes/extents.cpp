@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-
 #include <cstring>
 
 #include "planes/plane_layer.h"
@@ -32,6 +31,11 @@ Vec3d ExtentGrid::point(double u, double v) const {
     return x;
 }
 
+std::uint64_t ExtentGrid::seen_cells() const {
+    const std::uint8_t *begin = grid.cells, *end = begin + static_cast<std::size_t>(grid.width) * grid.height;
+    return static_cast<std::uint64_t>(std::count(begin, end, std::uint8_t{kCellSeen}));
+}
+
 double ExtentGrid::cell_area() const { return cell_m * cell_m / std::fabs(normal[axis]); }
 
 void PlaneExtents::place(Arena& arena, const VolumeShape& shape) {
@@ -53,11 +57,10 @@ bool PlaneExtents::raster(const Overlay& overlay, const ChunkPlanes* chunks, con
     const GlobalPlane& p = set.at(plane);
     out->normal = p.normal;
     out->offset = p.offset;
-    out->axis = 0;
-    for (int r = 1; r < 3; ++r)
-        if (std::fabs(p.normal[r]) > std::fabs(p.normal[out->axis])) out->axis = r;
-    out->across = out->axis == 0 ? 1 : 0;
-    out->along = out->axis == 2 ? 1 : 2;
+    const Axes axes(p.normal);
+    out->axis = axes.axis;
+    out->across = axes.first;
+    out->along = axes.second;
     const auto for_patches = [&](auto&& body) {
         for (std::uint32_t entry = 0; entry < overlay.count(); ++entry)
             for (int i = 0; i < chunks[entry].count; ++i)
@@ -70,7 +73,7 @@ bool PlaneExtents::raster(const Overlay& overlay, const ChunkPlanes* chunks, con
         low[1] = std::min(low[1], c[out->along]), high[1] = std::max(high[1], c[out->along]);
     });
     if (low[0] > high[0]) return false;
-    // Half a metre around it, so that it can be drawn to where it meets others.
+    // Room around it, so that it can be drawn to where it meets others.
     const int margin = 1 + static_cast<int>(kMeetingM / (kChunkSide * voxel_m_));
     const std::int64_t wide = std::int64_t{high[0]} - low[0] + 1 + 2 * margin,
                        tall = std::int64_t{high[1]} - low[1] + 1 + 2 * margin;
@@ -91,7 +94,8 @@ bool PlaneExtents::raster(const Overlay& overlay, const ChunkPlanes* chunks, con
         for (std::uint64_t left = patch.cells; left != 0; left &= left - 1) {
             const int bit = std::countr_zero(left);
             Vec3i x{c.x * 8, c.y * 8, c.z * 8};
-            const int a = patch.axis == 0 ? 1 : 0, b = patch.axis == 2 ? 1 : 2;
+            const Axes seen(patch.axis);
+            const int a = seen.first, b = seen.second;
             x[a] += bit & 7;
             x[b] += bit >> 3;
             if (patch.axis != out->axis) {
@@ -146,22 +150,15 @@ void PlaneExtents::block_empty(const Volume& volume, const ExtentGrid& g) const 
         for (int u = 0; u < g.grid.width; ++u) {
             std::uint8_t& cell = g.grid.row(v)[u];
             if (cell != kCellUnknown) continue;
-            const Vec3d x = g.point(u + 0.5, v + 0.5);
             Vec3i at;
-            bool in_range = true;
-            for (int r = 0; r < 3; ++r) {
-                const double lattice = std::floor(x[r] / voxel_m_);
-                in_range = in_range && std::fabs(lattice) < 8.0 * (kChunkLimit - 1);
-                at[r] = in_range ? static_cast<std::int32_t>(lattice) : 0;
-            }
-            if (!in_range) continue;
-            const ChunkKey key = pack_key({at.x >> 3, at.y >> 3, at.z >> 3});
+            if (!voxel_at(g.point(u + 0.5, v + 0.5), voxel_m_, &at)) continue;
+            const ChunkKey key = pack_key(chunk_of_voxel(at));
             if (key != last_key) {
                 slot = volume.find(key);
                 last_key = key;
             }
             if (slot == kNoChunk) continue;
-            const int i = (at.z & 7) << 6 | (at.y & 7) << 3 | (at.x & 7);
+            const int i = voxel_index(at);
             const ChunkGeometry& chunk = volume.geometry(slot);
             if (chunk.weight[i] > 0 && static_cast<float>(chunk.sdf[i]) > empty) cell = kCellBlocked;
         }
@@ -173,7 +170,7 @@ void PlaneExtents::block_crossing(const Overlay& overlay, const ChunkPlanes* chu
     const double side = kChunkSide * voxel_m_;
     for (std::uint32_t q = 0; q < set.used(); ++q) {
         const GlobalPlane& other = set.at(q);
-        if (q == plane || other.id == 0 || other.area_m2 < 0.1) continue;
+        if (q == plane || other.id == 0 || other.area_m2 < kLeastPlaneM2) continue;
         if (std::fabs(dot(other.normal, g.normal)) > 0.5) continue;  // steeper than 60 degrees
         // Along the direction in which the line of both is flatter, one cell a step.
         const Vec3d line = cross(other.normal, g.normal);
@@ -212,17 +209,16 @@ void PlaneExtents::block_crossing(const Overlay& overlay, const ChunkPlanes* chu
 }
 
 // Corners of what was seen that lie close to where the plane meets another are drawn there.
+// spans_ holds the hull.
 std::uint32_t PlaneExtents::meeting_points(const PlaneSet& set, std::uint16_t plane, const ExtentGrid& g) {
-    convex_hull(g.grid, mask_of(kCellSeen), nullptr, 0, spans_, chain_);
     std::uint32_t count = 0;
     for (std::uint32_t q = 0; q < set.used(); ++q) {
         const GlobalPlane& other = set.at(q);
-        if (q == plane || other.id == 0 || other.area_m2 < 0.1) continue;
+        if (q == plane || other.id == 0 || other.area_m2 < kLeastPlaneM2) continue;
         const double cosine = dot(other.normal, g.normal);
         if (std::fabs(cosine) > 0.5) continue;
         const Vec3d within = other.normal - g.normal * cosine;  // steepest way to the other, in this plane
         const double slope = dot(within, within);
-        Vec3d low = other.low, high = other.high;
         for (int v = 0; v < g.grid.height; v += std::max(1, g.grid.height / 64))
             for (int end = 0; end < 2; ++end) {
                 if (spans_[2 * v] > spans_[2 * v + 1]) break;
@@ -232,7 +228,8 @@ std::uint32_t PlaneExtents::meeting_points(const PlaneSet& set, std::uint16_t pl
                 const Vec3d foot = x - within * (distance / slope);
                 bool beside = true;  // the other was seen thereabouts
                 for (int r = 0; r < 3; ++r)
-                    beside = beside && foot[r] > low[r] - kMeetingM && foot[r] < high[r] + kMeetingM;
+                    beside =
+                        beside && foot[r] > other.low[r] - kMeetingM && foot[r] < other.high[r] + kMeetingM;
                 const int u = static_cast<int>(std::floor(foot[g.across] / g.cell_m)) - g.u0,
                           w = static_cast<int>(std::floor(foot[g.along] / g.cell_m)) - g.v0;
                 if (!beside || u < 0 || w < 0 || u >= g.grid.width || w >= g.grid.height ||
@@ -247,14 +244,11 @@ std::uint32_t PlaneExtents::meeting_points(const PlaneSet& set, std::uint16_t pl
 std::uint64_t PlaneExtents::complete(const Volume& volume, const Overlay& overlay, const ChunkPlanes* chunks,
                                      const PlaneSet& set, std::uint16_t plane, const ExtentGrid& g) {
     FillOptions options;
+    const HullCounts hull = convex_hull(g.grid, mask_of(kCellSeen), nullptr, 0, spans_, chain_);
     options.hull_points = meetings_;
     options.hull_point_count = meeting_points(set, plane, g);
     // A plane of which most was seen is completed wherever some of the rim is its own; crumbs only within.
-    std::uint64_t seen = 0;
-    for (int v = 0; v < g.grid.height; ++v)
-        for (int u = 0; u < g.grid.width; ++u) seen += g.grid.row(v)[u] == kCellSeen;
-    const HullCounts hull = convex_hull(g.grid, mask_of(kCellSeen), nullptr, 0, spans_, chain_);
-    options.least_border_share = 2 * seen >= hull.cells ? kRimShare : kCrumbShare;
+    options.least_border_share = 2 * g.seen_cells() >= hull.cells ? kRimShare : kCrumbShare;
     block_empty(volume, g);
     block_crossing(overlay, chunks, set, plane, g);
     const FillScratch scratch{spans_, chain_, runs_, kRuns};

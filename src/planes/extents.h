@@ -28,6 +28,7 @@ struct ExtentGrid {
     double offset = 0;
     // The point of the plane above corner (u, v) of the cells.
     Vec3d point(double u, double v) const;
+    std::uint64_t seen_cells() const;
     // Square metres of the plane that a cell stands for.
     double cell_area() const;
 };

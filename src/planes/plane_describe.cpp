@@ -6,22 +6,17 @@
 
 #include "planes/classify.h"
 #include "planes/plane_layer.h"
+#include "simd/tsdf.h"
 
 namespace burin {
 namespace {
 
-constexpr std::uint16_t kFillWeight = 64;  // one observation: known to a mesh, outweighed by the first look
+constexpr std::uint16_t kFillWeight =
+    simd::kWeightOne;  // one observation: known to a mesh, outweighed by the first look
 // Voxels around a completed plane that take its distances: the corners of the cells that it crosses, and what
 // their normals read.
 constexpr double kFillVoxels = 3.5;
 constexpr int kFillReach = 3;  // layers of voxels that this needs, at either side of the plane's
-
-int largest_axis(Vec3d n) {
-    int axis = 0;
-    for (int r = 1; r < 3; ++r)
-        if (std::fabs(n[r]) > std::fabs(n[axis])) axis = r;
-    return axis;
-}
 
 }  // namespace
 
@@ -47,10 +42,7 @@ void PlaneLayer::describe(const Volume& volume, const Vec3d* up_world) {
         shape.outline = outlines_ + points;
         places_[count++] = place;
         if (!extents_.raster(overlay_, chunks_, set_, place, &grid)) continue;
-        std::uint64_t seen = 0;
-        for (int v = 0; v < grid.grid.height; ++v)
-            for (int u = 0; u < grid.grid.width; ++u) seen += grid.grid.row(v)[u] == kCellSeen;
-        shape.area_m2 = set_.at(i).seen_area_m2 = static_cast<double>(seen) * grid.cell_area();
+        shape.area_m2 = set_.at(i).seen_area_m2 = static_cast<double>(grid.seen_cells()) * grid.cell_area();
         OutlineCounts counts;
         const Outline outline = extents_.outline(grid, mask_of(kCellSeen), &counts);
         for (std::uint64_t p = 0; p < counts.points && points < kOutlinePoints; ++p, ++shape.outline_count)
@@ -74,7 +66,7 @@ void PlaneLayer::describe(const Volume& volume, const Vec3d* up_world) {
 void PlaneLayer::keep_fills(std::uint16_t plane, const ExtentGrid& g) {
     const double voxel = static_cast<double>(shape_.voxel_m);
     const auto keep = [&](Vec3i x) {
-        const Vec3i c{x.x >> 3, x.y >> 3, x.z >> 3};
+        const Vec3i c = chunk_of_voxel(x);
         if (!chunk_in_range(c)) return;
         const std::uint32_t known = overlay_.count(), entry = overlay_.insert(pack_key(c));
         if (entry == kNoChunk) {
@@ -124,10 +116,11 @@ void PlaneLayer::fill(std::uint32_t entry, float units_to_m) {
     for (int f = 0; f < chunk.fills; ++f) {
         const GlobalPlane& plane = set_.at(chunk.fill_plane[f]);
         if (plane.id == 0) continue;
-        const int axis = largest_axis(plane.normal), across = axis == 0 ? 1 : 0, along = axis == 2 ? 1 : 2;
+        const Axes axes(plane.normal);
         for (int i = 0; i < kChunkVoxels; ++i) {
             const int at[3] = {i & 7, i >> 3 & 7, i >> 6};
-            if (out.weight[i] != 0 || !(chunk.fill_cells[f] >> (8 * at[along] + at[across]) & 1)) continue;
+            if (out.weight[i] != 0 || !(chunk.fill_cells[f] >> (8 * at[axes.second] + at[axes.first]) & 1))
+                continue;
             const Vec3d x = centre + Vec3d{at[0] - 3.5, at[1] - 3.5, at[2] - 3.5} * voxel;
             const double voxels = plane.distance(x) / voxel;
             if (std::fabs(voxels) > kFillVoxels) continue;
@@ -167,21 +160,17 @@ Outline PlaneLayer::outline(std::uint16_t plane, bool completed, ExtentGrid* gri
 bool PlaneLayer::covers(std::uint32_t p, Vec3d x) const {
     const double voxel = static_cast<double>(shape_.voxel_m);
     Vec3i at;
-    for (int r = 0; r < 3; ++r) {
-        const double lattice = std::floor(x[r] / voxel);
-        if (!(std::fabs(lattice) < 8.0 * (kChunkLimit - 1))) return false;
-        at[r] = static_cast<std::int32_t>(lattice);
-    }
+    if (!voxel_at(x, voxel, &at)) return false;
     const auto bit = [&](int axis) {
-        const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-        return std::uint64_t{1} << (8 * (at[b] & 7) + (at[a] & 7));
+        const Axes axes(axis);
+        return std::uint64_t{1} << (8 * (at[axes.second] & 7) + (at[axes.first] & 7));
     };
-    const int axis = largest_axis(set_.at(p).normal);
+    const int axis = Axes(set_.at(p).normal).axis;
     // The surface may have been seen a voxel beside the plane, in the next chunk.
     for (int side = -1; side <= 1; ++side) {
         Vec3i y = at;
         y[axis] += side;
-        const std::uint32_t entry = overlay_.find(pack_key({y.x >> 3, y.y >> 3, y.z >> 3}));
+        const std::uint32_t entry = overlay_.find(pack_key(chunk_of_voxel(y)));
         if (entry == kNoChunk) continue;
         const ChunkPlanes& chunk = chunks_[entry];
         for (int i = 0; i < chunk.count; ++i)

@@ -8,12 +8,9 @@
 namespace burin {
 
 std::uint16_t PlaneLayer::plane_at(Vec3d x, Vec3d normal) const {
-    const double side = kChunkSide * static_cast<double>(shape_.voxel_m);
-    if (!(norm(x) < side * kChunkLimit)) return kNoPlane;
-    const Vec3i c{static_cast<std::int32_t>(std::floor(x.x / side)),
-                  static_cast<std::int32_t>(std::floor(x.y / side)),
-                  static_cast<std::int32_t>(std::floor(x.z / side))};
-    const std::uint32_t entry = chunk_in_range(c) ? overlay_.find(pack_key(c)) : kNoChunk;
+    Vec3i at;
+    if (!voxel_at(x, static_cast<double>(shape_.voxel_m), &at)) return kNoPlane;
+    const std::uint32_t entry = overlay_.find(pack_key(chunk_of_voxel(at)));
     if (entry == kNoChunk) return kNoPlane;
     const ChunkPlanes& chunk = chunks_[entry];
     std::uint16_t best = kNoPlane;
@@ -51,16 +48,11 @@ void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triang
             if (ids) ids[t] = known ? set_.at(plane).id : 0;
             if (!filled) continue;
             // Completed: the voxel there was never seen.
-            const double voxel = static_cast<double>(shape_.voxel_m);
             filled[t] = 0;
-            if (!(norm(middle) < voxel * kChunkSide * kChunkLimit)) continue;
-            const Vec3i at{static_cast<std::int32_t>(std::floor(middle.x / voxel)),
-                           static_cast<std::int32_t>(std::floor(middle.y / voxel)),
-                           static_cast<std::int32_t>(std::floor(middle.z / voxel))};
-            const Vec3i c{at.x >> 3, at.y >> 3, at.z >> 3};
-            const std::uint32_t slot = chunk_in_range(c) ? volume.find(pack_key(c)) : kNoChunk;
-            const int i = (at.z & 7) << 6 | (at.y & 7) << 3 | (at.x & 7);
-            filled[t] = slot == kNoChunk || volume.geometry(slot).weight[i] == 0;
+            Vec3i at;
+            if (!voxel_at(middle, static_cast<double>(shape_.voxel_m), &at)) continue;
+            const std::uint32_t slot = volume.find(pack_key(chunk_of_voxel(at)));
+            filled[t] = slot == kNoChunk || volume.geometry(slot).weight[voxel_index(at)] == 0;
         }
     });
 }

@@ -6,6 +6,7 @@
 
 #include "core/hash.h"
 #include "simd/plane_fit.h"
+#include "simd/tsdf.h"
 
 namespace burin {
 namespace {
@@ -113,17 +114,12 @@ void PlaneLayer::update(Volume& volume, std::uint64_t frame, Jobs& jobs) {
 void PlaneLayer::process(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs) {
     for (std::uint32_t first = 0; first < count; first += kBatch) {
         const std::uint32_t some = std::min(kBatch, count - first);
-        constexpr int kPerItem = 8;  // chunks a step of the job counter, some 40 us
-        const int items = static_cast<int>((some + kPerItem - 1) / kPerItem);
-        jobs.run(items, [&](int item, int) {
-            for (std::uint32_t i = static_cast<std::uint32_t>(item) * kPerItem;
-                 i < std::min<std::uint32_t>(some, static_cast<std::uint32_t>(item + 1) * kPerItem); ++i) {
-                Work& work = work_[i];
-                work.slot = slots[first + i];
-                work.found = -1;
-                if (!(volume.flags(work.slot) & kChunkUnfitted)) continue;
-                work.found = static_cast<std::int8_t>(find_candidates(volume, work.slot, work.patch));
-            }
+        jobs.run_pieces(some, kPerItem, [&](std::size_t i) {
+            Work& work = work_[i];
+            work.slot = slots[first + i];
+            work.found = -1;
+            if (!(volume.flags(work.slot) & kChunkUnfitted)) return;
+            work.found = static_cast<std::int8_t>(find_candidates(volume, work.slot, work.patch));
         });
         for (std::uint32_t i = 0; i < some; ++i) assign(volume, work_[i]);
     }
@@ -281,7 +277,7 @@ void PlaneLayer::pull(Volume& volume, Work& work) {
         simd::PlaneModel& m = pulls[p].plane;
         for (int r = 0; r < 3; ++r) m.a[r] = static_cast<float>(plane.normal[r]) * (half_voxel * s);
         m.c = static_cast<float>(plane.distance(centre)) * (per_m * s);
-        pulls[p].strength = 64 * kObservationsPerPatch * static_cast<float>(plane.patches);
+        pulls[p].strength = simd::kWeightOne * kObservationsPerPatch * static_cast<float>(plane.patches);
         const float reach_m = std::clamp(kReachSigmas * work.rms_m[p], kLeastReach * shape_.voxel_m,
                                          kMostReach * shape_.voxel_m);
         pulls[p].reach = reach_m * per_m * s;
@@ -300,18 +296,9 @@ void PlaneLayer::pull(Volume& volume, Work& work) {
 void PlaneLayer::draw(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs) {
     for (std::uint32_t first = 0; first < count; first += kBatch) {
         const std::uint32_t some = std::min(kBatch, count - first);
-        constexpr int kPerItem = 8;
-        const int items = static_cast<int>((some + kPerItem - 1) / kPerItem);
-        const auto each = [&](auto&& body) {
-            jobs.run(items, [&](int item, int) {
-                for (std::uint32_t i = static_cast<std::uint32_t>(item) * kPerItem;
-                     i < std::min<std::uint32_t>(some, static_cast<std::uint32_t>(item + 1) * kPerItem); ++i)
-                    body(work_[i], slots[first + i]);
-            });
-        };
-        each([&](Work& work, std::uint32_t slot) {
-            work.slot = slot;
-            gather_pulls(volume, &work);
+        jobs.run_pieces(some, kPerItem, [&](std::size_t i) {
+            work_[i].slot = slots[first + i];
+            gather_pulls(volume, &work_[i]);
         });
         for (std::uint32_t i = 0; i < some; ++i) {
             Work& work = work_[i];
@@ -343,7 +330,7 @@ void PlaneLayer::draw(Volume& volume, const std::uint32_t* slots, std::uint32_t 
             std::copy_n(work.pull, work.pulls, chunk.pull);
             chunk.revision = set_.revision();
         }
-        each([&](Work& work, std::uint32_t) { pull(volume, work); });
+        jobs.run_pieces(some, kPerItem, [&](std::size_t i) { pull(volume, work_[i]); });
     }
 }
 

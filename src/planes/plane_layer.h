@@ -27,7 +27,7 @@ struct PlaneOptions {
     std::uint32_t planes = 512;   // at a time
     std::uint32_t turn_bits = 6;  // a chunk that changed has its turn every 64 frames
     MergeBy merge_by = MergeBy::ransac;
-    double least_area_m2 = 0.1;  // smaller planes are not told and pull nothing
+    double least_area_m2 = kLeastPlaneM2;  // smaller planes are not told and pull nothing
 };
 
 // The told planes as the last refresh() described them, valid until the next.
@@ -84,7 +84,6 @@ class PlaneLayer {
     std::uint16_t hit(Vec3d origin, Vec3d direction, double max_m, double* distance_m) const;
 
     const Overlay& overlay() const { return overlay_; }
-    Overlay& overlay() { return overlay_; }
     PlaneSet& set() { return set_; }
     const PlaneSet& set() const { return set_; }
     const ChunkPlanes& chunk(std::uint32_t entry) const { return chunks_[entry]; }
@@ -95,7 +94,6 @@ class PlaneLayer {
         return plane.id != 0 && plane.area_m2 >= options_.least_area_m2 &&
                plane.rms_m() < static_cast<double>(shape_.voxel_m);
     }
-    const PlaneOptions& options() const { return options_; }
     // Chunks that found no room since clear().
     std::uint64_t dropped() const { return dropped_; }
 
@@ -118,6 +116,7 @@ class PlaneLayer {
         Patch patch[kChunkPlanes];
     };
     static constexpr std::uint32_t kBatch = 512;
+    static constexpr std::size_t kPerItem = 8;  // chunks a step of the job counter, some 40 us
 
     std::uint32_t list_due(Volume& volume, std::uint64_t frame);
     void process(Volume& volume, const std::uint32_t* slots, std::uint32_t count, Jobs& jobs);
@@ -139,7 +138,7 @@ class PlaneLayer {
     int found_plane(const Scatter& sums, Vec3d normal, std::uint32_t members);
     int seed_region(int tries);
     std::uint32_t grow(std::uint32_t first, PlaneFit* fit);
-    bool agrees(const PlaneFit& fit, const Patch& patch, Vec3d centre) const;
+    bool agrees(const PlaneFit& fit, const Patch& patch, Vec3d middle) const;
     std::uint32_t choose_members(const PlaneFit& fit, Vec3d low, Vec3d high, double margin, Scatter* sums,
                                  double* area, Vec3d* grown_low, Vec3d* grown_high);
 

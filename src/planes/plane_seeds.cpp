@@ -9,10 +9,6 @@
 namespace burin {
 namespace {
 
-Vec3d patch_middle(const Patch& p, Vec3d centre) {
-    return centre + Vec3d{p.p[0], p.p[1], p.p[2]} * (1 / static_cast<double>(p.n));
-}
-
 constexpr std::uint32_t kLeastPatches = 8;  // 2 x 4 chunks
 constexpr double kLeastArea = 0.012;        // m^2: 8 chunks of 40 mm
 // Patches of a region that grows; places of planes are fewer.
@@ -37,9 +33,8 @@ std::uint32_t PlaneLayer::choose_members(const PlaneFit& fit, Vec3d low, Vec3d h
     for (std::uint32_t u = 0; u < unassigned_count_; ++u) {
         const std::uint32_t entry = unassigned_[u] >> 2;
         const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
-        if (dot(fit.normal, patch.unit_normal()) < set_.rules.least_cosine) continue;
-        const Vec3d centre = centre_of(overlay_.key(entry)), middle = patch_middle(patch, centre);
-        if (std::fabs(dot(fit.normal, middle) + fit.offset) > set_.rules.gate(patch)) continue;
+        const Vec3d centre = centre_of(overlay_.key(entry)), middle = patch.middle(centre);
+        if (!agrees(fit, patch, middle)) continue;
         bool inside = true;
         for (int r = 0; r < 3; ++r)
             inside = inside && middle[r] >= low[r] - margin && middle[r] <= high[r] + margin;
@@ -73,7 +68,7 @@ int PlaneLayer::seed(int tries) {
         const std::uint32_t entry = unassigned_[u] >> 2;
         const Patch& patch = chunks_[entry].patch[unassigned_[u] & 3];
         PlaneFit fit;
-        const Vec3d middle = patch_middle(patch, centre_of(overlay_.key(entry)));
+        const Vec3d middle = patch.middle(centre_of(overlay_.key(entry)));
         fit.normal = patch.unit_normal();
         fit.offset = -dot(fit.normal, middle);
         low = high = middle;
@@ -135,7 +130,7 @@ int PlaneLayer::seed_region(int tries) {
             Patch& patch = chunks_[entry].patch[members_[m] & 3];
             patch.plane = kNoPlane;
             const Vec3d centre = centre_of(overlay_.key(entry));
-            if (!agrees(fit, patch, centre)) continue;
+            if (!agrees(fit, patch, patch.middle(centre))) continue;
             members_[kept++] = members_[m];
             sums.add(patch.scatter(centre));
             area += patch_area(patch, static_cast<double>(shape_.voxel_m));
@@ -145,9 +140,9 @@ int PlaneLayer::seed_region(int tries) {
     return 0;
 }
 
-bool PlaneLayer::agrees(const PlaneFit& fit, const Patch& patch, Vec3d centre) const {
+bool PlaneLayer::agrees(const PlaneFit& fit, const Patch& patch, Vec3d middle) const {
     return dot(fit.normal, patch.unit_normal()) >= set_.rules.least_cosine &&
-           std::fabs(dot(fit.normal, patch_middle(patch, centre)) + fit.offset) <= set_.rules.gate(patch);
+           std::fabs(dot(fit.normal, middle) + fit.offset) <= set_.rules.gate(patch);
 }
 
 // Fills members_, which is also the queue, with what hangs together with the first patch (marked kQueued);
@@ -166,7 +161,7 @@ std::uint32_t PlaneLayer::grow(std::uint32_t first, PlaneFit* fit) {
     };
     const Patch& seed = chunks_[first >> 2].patch[first & 3];
     fit->normal = seed.unit_normal();
-    fit->offset = -dot(fit->normal, patch_middle(seed, centre_of(overlay_.key(first >> 2))));
+    fit->offset = -dot(fit->normal, seed.middle(centre_of(overlay_.key(first >> 2))));
     take_in(first >> 2, first & 3);
     for (std::uint32_t m = 0; m < count; ++m) {
         const Vec3i c = unpack_key(overlay_.key(members_[m] >> 2));
@@ -176,7 +171,7 @@ std::uint32_t PlaneLayer::grow(std::uint32_t first, PlaneFit* fit) {
             if (entry == kNoChunk) continue;
             for (std::uint32_t k = 0; k < chunks_[entry].count && count < options_.chunks; ++k) {
                 const Patch& patch = chunks_[entry].patch[k];
-                if (patch.plane == kNoPlane && agrees(*fit, patch, centre_of(pack_key(beside))))
+                if (patch.plane == kNoPlane && agrees(*fit, patch, patch.middle(centre_of(pack_key(beside)))))
                     take_in(entry, k);
             }
         }

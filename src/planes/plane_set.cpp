@@ -17,11 +17,6 @@ bool within(Vec3d x, Vec3d low, Vec3d high, double margin) {
     return true;
 }
 
-Vec3d middle_of(const Patch& patch, Vec3d centre) {
-    const double inverse = 1 / static_cast<double>(patch.n);
-    return centre + Vec3d{patch.p[0], patch.p[1], patch.p[2]} * inverse;
-}
-
 }  // namespace
 
 double patch_area(const Patch& patch, double voxel_m) {
@@ -87,7 +82,7 @@ std::uint32_t PlaneSet::take_events(PlaneEvent* out, std::uint32_t capacity, std
 
 bool PlaneSet::fits(const GlobalPlane& plane, const Patch& patch, Vec3d centre, double slack) const {
     if (dot(plane.normal, patch.unit_normal()) < 1 - (1 - rules.least_cosine) * slack * slack) return false;
-    const Vec3d middle = middle_of(patch, centre);
+    const Vec3d middle = patch.middle(centre);
     return std::fabs(plane.distance(middle)) <= rules.gate(patch) * slack &&
            within(middle, plane.low, plane.high, rules.margin_m);
 }
@@ -95,7 +90,7 @@ bool PlaneSet::fits(const GlobalPlane& plane, const Patch& patch, Vec3d centre, 
 std::uint16_t PlaneSet::match(const Patch& patch, Vec3d centre) const {
     std::uint16_t best = kNoPlane;
     double nearest = 0;
-    const Vec3d middle = middle_of(patch, centre);
+    const Vec3d middle = patch.middle(centre);
     for (std::uint32_t i = 0; i < used_; ++i) {
         const GlobalPlane& plane = planes_[i];
         if (plane.id == 0 || !fits(plane, patch, centre, 1)) continue;
@@ -124,7 +119,7 @@ std::uint16_t PlaneSet::create(const Scatter& sums, Vec3d towards) {
 void PlaneSet::use(GlobalPlane* plane) {
     plane->normal = plane->fit.normal;
     plane->offset = plane->fit.offset;
-    plane->revision = ++revision_;
+    ++revision_;
 }
 
 void PlaneSet::add(std::uint16_t i, const Patch& patch, Vec3d centre) {

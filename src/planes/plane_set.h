@@ -27,10 +27,9 @@ struct GlobalPlane {
     // The equation in use. It follows the fit in steps, so that surfaces do not tremble.
     Vec3d normal;
     double offset = 0;
-    std::uint32_t revision = 0;  // of the equation in use: counts all planes' steps
-    PlaneFit fit;                // of the sums as they are
-    Vec3d low, high;             // a box around its patches; grows only, until planes merge
-    bool stale = false;          // sums have changed since the fit
+    PlaneFit fit;        // of the sums as they are
+    Vec3d low, high;     // a box around its patches; grows only, until planes merge
+    bool stale = false;  // sums have changed since the fit
     std::uint8_t label = 0;
     double distance(Vec3d x) const { return dot(normal, x) + offset; }
     // Weighted rms distance of its patches, metres.
@@ -38,6 +37,9 @@ struct GlobalPlane {
     // 4x4, row-major, of (normal, offset): from the scatter, each patch counted as one measurement.
     void covariance(double out[16]) const;
 };
+
+// Smaller planes are not told, and hold up nothing.
+inline constexpr double kLeastPlaneM2 = 0.1;
 
 struct PlaneRules {
     double voxel_m = 0.005;
@@ -59,10 +61,10 @@ class PlaneSet {
     void clear();
     PlaneRules rules;
 
-    std::uint32_t capacity() const { return capacity_; }
     std::uint32_t used() const { return used_; }  // places 0..used()-1 may hold planes
     GlobalPlane& at(std::uint32_t i) { return planes_[i]; }
     const GlobalPlane& at(std::uint32_t i) const { return planes_[i]; }
+    // Counts the steps of all planes' equations in use.
     std::uint32_t revision() const { return revision_; }
 
     // The plane that the patch fits best, kNoPlane for none. centre: of its chunk.

@@ -7,6 +7,8 @@
 
 #include <cstdint>
 
+#include "simd/tsdf.h"
+
 namespace burin::simd {
 
 inline constexpr int kFullWeight = 15;  // of a voxel in a fit: sums then fit 32 bits
@@ -56,8 +58,8 @@ struct Pull {
 };
 // Voxels beyond this are nearly truncated: their distances tell no more.
 inline constexpr int kPullLimit = 30000;
-inline constexpr float kSeenOften = 16 * 64.0f;  // sixteen observations
-inline constexpr float kLeastSeen = 1.0f / 9;    // three times the reach at most
+inline constexpr float kSeenOften = 16.0f * kWeightOne;  // sixteen observations
+inline constexpr float kLeastSeen = 1.0f / 9;            // three times the reach at most
 
 // Each distance joins the plane of the `count` (1 to 4) that it differs least from (the first, of equals),
 // with
