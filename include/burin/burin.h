@@ -49,7 +49,13 @@ typedef enum burin_status {
     BURIN_FORMAT = -4,              /* a file is damaged or is no map of a version this library reads */
     BURIN_STATE = -5,       /* null, stale or destroyed handle, or a call that does not fit the state */
     BURIN_UNSUPPORTED = -6, /* valid, but not in this build */
-    BURIN_CANCELLED = -7    /* a callback asked to stop */
+    BURIN_CANCELLED = -7,   /* a callback asked to stop */
+    /* of capture.h only */
+    BURIN_TIMEOUT = -8,      /* nothing came before the deadline */
+    BURIN_DISCONNECTED = -9, /* the device is gone */
+    BURIN_BUSY = -10,        /* another program or driver has the device */
+    BURIN_DENIED = -11,      /* no permission to open the device; the text says what to do */
+    BURIN_ENDED = -12        /* a recorded source has no more frames */
 } burin_status;
 
 /* A static English word for the status, never NULL. */

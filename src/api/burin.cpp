@@ -35,6 +35,16 @@ const char* burin_strerror(burin_status status) {
             return "unsupported";
         case BURIN_CANCELLED:
             return "cancelled";
+        case BURIN_TIMEOUT:
+            return "timeout";
+        case BURIN_DISCONNECTED:
+            return "disconnected";
+        case BURIN_BUSY:
+            return "busy";
+        case BURIN_DENIED:
+            return "denied";
+        case BURIN_ENDED:
+            return "ended";
     }
     return "unknown status";
 }

@@ -17,6 +17,11 @@ enum class Code : int {
     state = -5,                // the call does not fit the object's state
     unsupported = -6,          // valid input that this build or this version cannot handle
     cancelled = -7,            // the caller asked to stop
+    timeout = -8,              // nothing came before the deadline
+    disconnected = -9,         // the device is gone
+    busy = -10,                // another program or driver has the device
+    denied = -11,              // no permission; the text says what to do
+    ended = -12,               // a recorded source has no more frames
 };
 
 // One line of text beside a code: names the file, the value and what was expected.

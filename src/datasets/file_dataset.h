@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/source.h"
+#include "capture/dataset.h"
 #include "core/imu.h"
 #include "datasets/camera_file.h"
 

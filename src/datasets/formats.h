@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "capture/source.h"
+#include "capture/dataset.h"
 
 namespace burin {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/source.h"
+#include "capture/dataset.h"
 
 namespace burin {
 

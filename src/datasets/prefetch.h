@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "capture/source.h"
+#include "capture/dataset.h"
 
 namespace burin {
 

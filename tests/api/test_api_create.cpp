@@ -24,6 +24,11 @@ TEST(Misuse, StatusCodesAreThoseOfTheCore) {
     EXPECT_EQ(static_cast<int>(Code::state), BURIN_STATE);
     EXPECT_EQ(static_cast<int>(Code::unsupported), BURIN_UNSUPPORTED);
     EXPECT_EQ(static_cast<int>(Code::cancelled), BURIN_CANCELLED);
+    EXPECT_EQ(static_cast<int>(Code::timeout), BURIN_TIMEOUT);
+    EXPECT_EQ(static_cast<int>(Code::disconnected), BURIN_DISCONNECTED);
+    EXPECT_EQ(static_cast<int>(Code::busy), BURIN_BUSY);
+    EXPECT_EQ(static_cast<int>(Code::denied), BURIN_DENIED);
+    EXPECT_EQ(static_cast<int>(Code::ended), BURIN_ENDED);
 }
 
 struct BadConfig {

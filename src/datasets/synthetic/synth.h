@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/source.h"
+#include "capture/dataset.h"
 #include "core/jobs.h"
 #include "core/trajectory.h"
 #include "datasets/synthetic/scene.h"
