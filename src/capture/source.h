@@ -47,8 +47,8 @@ struct SourceOptions {
     double fps = 0;              // 0: the fastest at that size
     char depth_format[24] = "";  // by the name in StreamInfo::format; empty: the best there is
     char colour_format[24] = "";
-    const char* calibration = nullptr;  // path of a calibration file, for devices that know none of theirs
-    const char* layout = nullptr;       // raw words of ToF boards: see platform/v4l2/raw_layout.h
+    char calibration[256] = "";  // path of a calibration file, for devices that know none of theirs
+    char layout[256] = "";       // raw words of ToF boards: see platform/v4l2/raw_layout.h
     int fd = -1;       // an open descriptor in place of an address (Android), not closed by us
     int buffers = 4;   // of the kernel's, per stream, 2..32
     bool lend = true;  // images may stay in the kernel's memory (dmabuf, mmap): no copy at all
