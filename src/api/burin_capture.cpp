@@ -1,69 +1,32 @@
 // SPDX-License-Identifier: MIT
-// include/burin/capture.h over LiveSource. Its handles are those of maps in small: see handles.h.
+// Sources of include/burin/capture.h over LiveSource. What is plugged in: burin_devices.cpp.
 #include "burin/capture.h"
 
-#include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <cstring>
-#include <mutex>
 #include <new>
 
 #include "api/c_frame.h"
 #include "api/capture_backends.h"
-#include "capture/live_source.h"
+#include "api/source_handles.h"
 
 namespace burin {
 namespace {
-
-struct SourceObject {
-    LiveSource source;
-    burin_log log = nullptr;
-    void* log_user = nullptr;
-    std::atomic<bool> busy{false};
-    char error[512] = "";
-
-    static void tell_log(void* object, LogLevel level, const char* line) {
-        const auto* o = static_cast<SourceObject*>(object);
-        o->log(o->log_user, static_cast<burin_log_level>(level), line);  // the levels have the same numbers
-    }
-};
-
-constexpr std::uint32_t kMaxSources = 16;
-struct Place {
-    std::atomic<SourceObject*> object{nullptr};
-    std::atomic<std::uint32_t> generation{0};  // odd while in use
-};
-Place places[kMaxSources];
-std::mutex registering;
-thread_local char thread_line[512] = "";
-
-SourceObject* object_of(burin_source s) {
-    if (s.index == 0 || s.index > kMaxSources) return nullptr;
-    const Place& place = places[s.index - 1];
-    return place.generation.load() == s.generation ? place.object.load() : nullptr;
-}
-
-burin_status tell(char* line, const Status& status) {
-    if (!status.ok()) std::snprintf(line, 512, "%s", status.text());
-    return static_cast<burin_status>(status.code());
-}
 
 // One call on one source: refuses a second thread and keeps the line of an error.
 template <class Body>
 burin_status call(burin_source handle, Body&& body) {
     SourceObject* object = object_of(handle);
     if (!object)
-        return tell(thread_line,
+        return tell(source_thread_error(),
                     Status::error(Code::state, "the source is null, closed or was never opened"));
     if (object->busy.exchange(true))
-        return tell(thread_line, Status::error(Code::state, "the source is in use by another thread"));
+        return tell(source_thread_error(),
+                    Status::error(Code::state, "the source is in use by another thread"));
     const burin_status status = tell(object->error, body(object->source));
     object->busy.store(false);
     return status;
 }
-
-Status null_argument(const char* name) { return Status::error(Code::invalid_argument, "%s is null", name); }
 
 template <std::size_t N>
 Status copy_text(char (&out)[N], const char* text, const char* name) {
@@ -163,15 +126,11 @@ Status open_source(const char* address, const burin_source_options* options, bur
         delete object;
         return opened;
     }
-    const std::lock_guard lock(registering);
-    for (std::uint32_t i = 0; i < kMaxSources; ++i) {
-        if (places[i].object.load()) continue;
-        places[i].object.store(object);
-        *out = {i + 1, ++places[i].generation};
-        return {};
+    if (!register_source(object, out)) {
+        delete object;
+        return Status::error(Code::state, "%u sources are open, there are no more places", kMaxSources);
     }
-    delete object;
-    return Status::error(Code::state, "%u sources are open, there are no more places", kMaxSources);
+    return {};
 }
 
 }  // namespace
@@ -191,74 +150,19 @@ burin_source_options burin_source_options_default(void) {
     return o;
 }
 
-uint32_t burin_backend_count(void) { return static_cast<uint32_t>(capture_backend_count()); }
-
-burin_status burin_backend(uint32_t index, char* name, uint64_t name_bytes, char* about, uint64_t about_bytes,
-                           char* problem, uint64_t problem_bytes) {
-    if (index >= burin_backend_count())
-        return tell(thread_line, Status::error(Code::invalid_argument, "back end %u, expected 0..%u", index,
-                                               burin_backend_count() - 1));
-    const SourceBackend& b = capture_backend(static_cast<int>(index));
-    if (name && name_bytes > 0) std::snprintf(name, name_bytes, "%s", b.name);
-    if (about && about_bytes > 0) std::snprintf(about, about_bytes, "%s", b.about);
-    if (problem && problem_bytes > 0)
-        std::snprintf(problem, problem_bytes, "%s", b.list([](void*, const DeviceEntry&) {}, nullptr).text());
-    return BURIN_OK;
-}
-
-burin_status burin_devices(burin_device* devices, uint64_t capacity, uint64_t* count) {
-    if (!count) return tell(thread_line, null_argument("count"));
-    if (!devices && capacity > 0) return tell(thread_line, null_argument("devices"));
-    struct Listing {
-        burin_device* devices;
-        uint64_t capacity, count;
-        const char* backend;
-    } listing = {devices, capacity, 0, nullptr};
-    for (int i = 0; i < capture_backend_count(); ++i) {
-        listing.backend = capture_backend(i).name;
-        // What a back end cannot list is told by burin_backend.
-        (void)capture_backend(i).list(
-            [](void* user, const DeviceEntry& e) {
-                auto* l = static_cast<Listing*>(user);
-                if (l->count++ >= l->capacity) return;
-                burin_device& d = l->devices[l->count - 1];
-                std::snprintf(d.address, sizeof d.address, "%s:%s", l->backend, e.address);
-                std::snprintf(d.name, sizeof d.name, "%s", e.name);
-                std::snprintf(d.serial, sizeof d.serial, "%s", e.serial);
-                std::snprintf(d.location, sizeof d.location, "%s", e.location);
-                std::snprintf(d.driver, sizeof d.driver, "%s", e.driver);
-                std::snprintf(d.formats, sizeof d.formats, "%s", e.formats);
-                std::snprintf(d.hint, sizeof d.hint, "%s", e.hint);
-                d.access = static_cast<uint32_t>(e.access);
-            },
-            &listing);
-    }
-    *count = listing.count;
-    if (listing.count <= capacity) return BURIN_OK;
-    return tell(thread_line,
-                Status::error(Code::insufficient_memory, "there are %llu devices, capacity is %llu",
-                              static_cast<unsigned long long>(listing.count),
-                              static_cast<unsigned long long>(capacity)));
-}
-
 burin_status burin_source_open(const char* address, const burin_source_options* options,
                                burin_source* source) {
-    return tell(thread_line, open_source(address, options, source));
+    return tell(source_thread_error(), open_source(address, options, source));
 }
 
 burin_status burin_source_close(burin_source* source) {
-    if (!source) return tell(thread_line, null_argument("source"));
+    if (!source) return tell(source_thread_error(), null_argument("source"));
     SourceObject* object = object_of(*source);
     if (!object || object->busy.exchange(true))
-        return tell(thread_line,
+        return tell(source_thread_error(),
                     Status::error(Code::state, object ? "the source is in use by another thread"
                                                       : "the source is null, closed or was never opened"));
-    {
-        const std::lock_guard lock(registering);
-        Place& place = places[source->index - 1];
-        ++place.generation;
-        place.object.store(nullptr);
-    }
+    unregister_source(*source);
     delete object;
     *source = {0, 0};
     return BURIN_OK;
@@ -273,11 +177,11 @@ burin_status burin_source_stop(burin_source source) {
 
 const char* burin_source_error(burin_source source) {
     const SourceObject* object = object_of(source);
-    return object ? object->error : thread_line;
+    return object ? object->error : source_thread_error();
 }
 
 burin_status burin_source_get_state(burin_source source, burin_source_state* state) {
-    if (!state) return tell(thread_line, null_argument("state"));
+    if (!state) return tell(source_thread_error(), null_argument("state"));
     return call(source, [&](LiveSource& s) {
         *state = static_cast<burin_source_state>(s.state());
         return Status();
@@ -285,7 +189,7 @@ burin_status burin_source_get_state(burin_source source, burin_source_state* sta
 }
 
 burin_status burin_source_stream(burin_source source, burin_stream stream, burin_stream_info* info) {
-    if (!info) return tell(thread_line, null_argument("info"));
+    if (!info) return tell(source_thread_error(), null_argument("info"));
     return call(source, [&](LiveSource& s) {
         if (static_cast<unsigned>(stream) >= BURIN_STREAMS)
             return Status::error(Code::invalid_argument, "stream is %d, expected 0..%d", stream,
@@ -307,7 +211,7 @@ burin_status burin_source_stream(burin_source source, burin_stream stream, burin
 }
 
 burin_status burin_source_next(burin_source source, int64_t timeout_ns, burin_captured_frame* frame) {
-    if (!frame) return tell(thread_line, null_argument("frame"));
+    if (!frame) return tell(source_thread_error(), null_argument("frame"));
     return call(source, [&](LiveSource& s) {
         if (frame->struct_size != sizeof *frame)
             return Status::error(Code::invalid_argument, "frame: size is %u, expected %zu",
@@ -328,7 +232,7 @@ burin_status burin_source_next(burin_source source, int64_t timeout_ns, burin_ca
 
 burin_status burin_frame_of_capture(burin_source source, const burin_captured_frame* frame,
                                     burin_frame* out) {
-    if (!frame || !out) return tell(thread_line, null_argument(frame ? "out" : "frame"));
+    if (!frame || !out) return tell(source_thread_error(), null_argument(frame ? "out" : "frame"));
     return call(source, [&](LiveSource& s) {
         const burin_image &depth = frame->images[BURIN_STREAM_DEPTH],
                           &colour = frame->images[BURIN_STREAM_COLOUR],
@@ -368,7 +272,7 @@ burin_status burin_frame_of_capture(burin_source source, const burin_captured_fr
 }
 
 burin_status burin_source_get(burin_source source, burin_control control, burin_control_range* range) {
-    if (!range) return tell(thread_line, null_argument("range"));
+    if (!range) return tell(source_thread_error(), null_argument("range"));
     return call(source, [&](LiveSource& s) {
         if (static_cast<unsigned>(control) >= static_cast<unsigned>(kSourceControls))
             return Status::error(Code::invalid_argument, "control is %d, expected 0..%d", control,
@@ -392,7 +296,7 @@ burin_status burin_source_set(burin_source source, burin_control control, double
 }
 
 burin_status burin_source_stats(burin_source source, burin_source_statistics* out) {
-    if (!out) return tell(thread_line, null_argument("statistics"));
+    if (!out) return tell(source_thread_error(), null_argument("statistics"));
     return call(source, [&](LiveSource& s) {
         if (out->struct_size != sizeof *out)
             return Status::error(Code::invalid_argument, "statistics: size is %u, expected %zu",

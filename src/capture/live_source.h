@@ -120,7 +120,7 @@ class LiveSource final : SourceSink {
     void drop(StreamKind kind, int slot);
     void drop_bundle(const Bundle& bundle, bool count);
     bool make_room();
-    int free_slot(StreamKind kind);  // -1: none; counted
+    int free_slot(StreamKind kind);                              // -1: none; counted
     void wait_for_consumer(std::unique_lock<std::mutex>& lock);  // in lossless mode
     void flush();
     void hand_out(const Bundle& bundle, CapturedFrame* frame);

@@ -49,9 +49,9 @@ struct SourceOptions {
     char colour_format[24] = "";
     char calibration[256] = "";  // path of a calibration file, for devices that know none of theirs
     char layout[256] = "";       // raw words of ToF boards: see platform/v4l2/raw_layout.h
-    int fd = -1;       // an open descriptor in place of an address (Android), not closed by us
-    int buffers = 4;   // of the kernel's, per stream, 2..32
-    bool lend = true;  // images may stay in the kernel's memory (dmabuf, mmap): no copy at all
+    int fd = -1;                 // an open descriptor in place of an address (Android), not closed by us
+    int buffers = 4;             // of the kernel's, per stream, 2..32
+    bool lend = true;            // images may stay in the kernel's memory (dmabuf, mmap): no copy at all
 };
 
 struct DeviceInfo {

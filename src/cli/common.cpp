@@ -47,10 +47,16 @@ Progress::~Progress() {
 
 void Progress::update(int done, const std::string& detail) {
     const double now = now_ms();
-    if (silent_ || (now - last_ms_ < 100 && done < total_)) return;  // ten times a second is smooth enough
+    if (silent_ || (now - last_ms_ < 100 && (done < total_ || total_ == 0)))
+        return;  // ten times a second is smooth enough
     last_ms_ = now;
     shown_ = true;
     const double seconds = std::max((now - started_ms_) / 1000, 1e-6), rate = done / seconds;
+    if (total_ == 0) {
+        std::fprintf(stderr, "\r\033[K%s %d  %.1f fps  %s", what_.c_str(), done, rate, detail.c_str());
+        std::fflush(stderr);
+        return;
+    }
     std::fprintf(stderr, "\r\033[K%s %d/%d  %.1f fps  %s  %.0f s left", what_.c_str(), done, total_, rate,
                  detail.c_str(), (total_ - done) / std::max(rate, 1e-6));
     std::fflush(stderr);

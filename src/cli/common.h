@@ -29,7 +29,7 @@ class Progress {
   public:
     Progress(std::string what, int total, bool quiet);
     ~Progress();
-    // done: 1..total; detail, e.g. "memory 120/256 MiB".
+    // done: 1..total (total 0: nobody knows); detail, e.g. "memory 120/256 MiB".
     void update(int done, const std::string& detail = {});
 
   private:
@@ -132,6 +132,7 @@ void add_planes(CLI::App& app, int* exit);
 void add_render(CLI::App& app, int* exit);
 void add_eval(CLI::App& app, int* exit);
 void add_eval_planes(CLI::App& eval, int* exit);
+void add_devices(CLI::App& app, int* exit);
 void add_config(CLI::App& app, int* exit);
 
 }  // namespace burin::cli

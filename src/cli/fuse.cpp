@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: MIT
 // burin fuse: recorded depth with poses in, mesh, map and report out.
-#include "api/c_frame.h"
 #include "cli/reconstruct.h"
 
 namespace burin::cli {
 namespace {
 
-burin_status fuse_frame(const Frame& frame, burin_map map, Totals* totals) {
+burin_status fuse_frame(const FeedFrame& frame, burin_map map, Totals* totals) {
     if (!frame.has_pose) {
         ++totals->without_pose;
         return BURIN_OK;
     }
-    const burin_frame in = c_frame(frame);
     burin_frame_result result;
-    const burin_status status = burin_integrate(map, &in, &result);
+    const burin_status status = burin_integrate(map, &frame.view, &result);
     if (status != BURIN_OK) return status;
     totals->depth_ms.push_back(result.depth_ms);
     totals->add(result);
@@ -26,11 +24,11 @@ void add_fuse(CLI::App& app, int* exit) {
     auto* command =
         app.add_subcommand("fuse", "Fuse a recorded sequence with poses: mesh.ply, map.burin, report.json");
     auto o = std::make_shared<ReconstructOptions>();
-    command->add_option("dataset", o->dataset, "folder of the sequence")->required();
+    command->add_option("dataset", o->feed.path, "folder of the sequence")->required();
     o->add_to(*command);
     command->callback([o, exit] {
         *exit = reconstruct(*o, {"fuse",
-                                 [](const Frame& frame, burin_map map, Totals* totals, std::string*) {
+                                 [](const FeedFrame& frame, burin_map map, Totals* totals, std::string*) {
                                      return fuse_frame(frame, map, totals);
                                  },
                                  {},

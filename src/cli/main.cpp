@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     add_planes(app, &exit);
     add_render(app, &exit);
     add_eval(app, &exit);
+    add_devices(app, &exit);
     add_config(app, &exit);
     try {
         app.parse(argc, argv);
@@ -31,8 +32,8 @@ int main(int argc, char** argv) {
         return complain(kFailed, error.what());
     }
     if (app.get_subcommands().empty())
-        return complain(
-            kBadInput,
-            "no command, expected fuse, scan, synth, mesh, render, eval or config (see burin --help)");
+        return complain(kBadInput,
+                        "no command, expected fuse, scan, synth, mesh, planes, render, eval, devices or "
+                        "config (see burin --help)");
     return exit;
 }

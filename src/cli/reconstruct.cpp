@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "datasets/prefetch.h"
+#include "capture/monotonic.h"
 #include "export/mesh_file.h"
 
 namespace burin::cli {
@@ -35,16 +35,14 @@ class MeshStream {
     std::vector<std::uint32_t> triangles_;
 };
 
-// Feeds frames begin..end-1 to the map. The first failing status is returned with the frame it belongs to.
-Status take_frames(const ReconstructOptions& o, const ReconstructSteps& steps, const Dataset& dataset,
-                   int begin, int end, burin_map map, Totals* totals) {
-    // Decoding a VGA pair takes about 8 ms on one core; two frames ahead hide its jitter.
-    FramePrefetcher prefetcher(dataset, begin, end, 4, 1);
-    Progress progress(steps.name, end - begin, o.quiet);
+// Feeds all frames to the map. The first failing status is returned with the frame it belongs to.
+Status take_frames(const ReconstructOptions& o, const ReconstructSteps& steps, FrameFeed& feed, burin_map map,
+                   Totals* totals) {
+    Progress progress(steps.name, feed.total(), o.quiet);
     MeshStream stream;
-    Frame frame;
+    FeedFrame frame;
     for (int i = 0;; ++i) {
-        const Result<bool> got = prefetcher.next(&frame);
+        const Result<bool> got = feed.next(&frame);
         if (!got.ok()) return got.status();
         if (!*got) return {};
         ++totals->frames;
@@ -52,8 +50,10 @@ Status take_frames(const ReconstructOptions& o, const ReconstructSteps& steps, c
         std::string note;
         const burin_status status = steps.take(frame, map, totals, &note);
         if (status != BURIN_OK)
-            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.dataset.c_str(),
-                                 prefetcher.index(), burin_last_error(map));
+            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.feed.path.c_str(),
+                                 feed.index(), burin_last_error(map));
+        if (frame.arrived_ns != 0)
+            totals->latency_ms.push_back(static_cast<double>(monotonic_ns() - frame.arrived_ns) * 1e-6);
         if (totals->fused > fused) {
             // A commit that fails leaves the one before; the next tries again, and the end of the run tells.
             if (o.store_commit > 0 && totals->fused % o.store_commit == 0) burin_store_commit(map);
@@ -168,21 +168,17 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
         return complain(kBadInput, "--store-resume and --store-commit go with --store PATH");
     if (o.store_resume && !o.resume.empty())
         return complain(kBadInput, "--resume and --store-resume: expected one of them, both replace the map");
-    int begin = 0, end = 1000000000;
-    if (!o.frames.empty() && !parse_range(o.frames, &begin, &end))
+    if (!o.frames.empty() && !parse_range(o.frames, &o.feed.begin, &o.feed.end))
         return complain(kBadInput, "--frames: '" + o.frames + "', expected A:B with A < B");
-    const auto dataset = open_dataset(o.dataset, o.format);
-    if (!dataset.ok()) return complain_input(dataset.status());
-    end = std::min(end, (*dataset)->frame_count());
-    if (begin >= end)
-        return complain(kBadInput, o.dataset + ": " + std::to_string((*dataset)->frame_count()) +
-                                       " frames, --frames asks for those from " + std::to_string(begin) +
-                                       " on");
-    // The first frame tells the size that the map has to make room for.
-    Frame first;
-    if (const Status status = (*dataset)->load(begin, &first); !status.ok()) return complain_input(status);
-    o.map.config.max_width = static_cast<std::uint32_t>(first.depth_camera.width);
-    o.map.config.max_height = static_cast<std::uint32_t>(first.depth_camera.height);
+    const bool live = is_source_address(o.feed.path);
+    if (live && !steps.takes_sensors)
+        return complain(kBadInput,
+                        o.feed.path + " is a sensor, whose frames have no poses; burin scan tracks it");
+    o.feed.quiet = o.quiet;
+    auto feed = live ? open_source_feed(o.feed) : open_dataset_feed(o.feed);
+    if (!feed.ok()) return complain_input(feed.status());
+    o.map.config.max_width = static_cast<std::uint32_t>((*feed)->width());
+    o.map.config.max_height = static_cast<std::uint32_t>((*feed)->height());
 
     // An eighth of the budget; of a small one more, since a store of few chunks would soon be full.
     if (!o.store.empty() && o.map.config.store_chunks == 0) {
@@ -201,15 +197,20 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
     if (const Status status = prepare_folder(o.output); !status.ok()) return complain_output(status);
 
     Totals totals;
-    if (const Status status = take_frames(o, steps, **dataset, begin, end, map.get(), &totals); !status.ok())
-        return complain_input(status);
-    const std::vector<std::string> notes = lines_of((*dataset)->notes());
+    if (const Status status = take_frames(o, steps, **feed, map.get(), &totals); !status.ok()) {
+        // A sensor that went away for good takes nothing of what it showed with it.
+        if (!live || totals.fused == 0) return complain_input(status);
+        std::fprintf(stderr, "burin: %s; the results are of the %d frames before\n", status.text(),
+                     totals.frames);
+    }
+    const std::vector<std::string> notes = lines_of((*feed)->notes());
     if (totals.fused == 0) {
         const std::string why =
             totals.without_pose == totals.frames
                 ? "none of the " + std::to_string(totals.frames) + " frames has a pose"
                 : "none of the " + std::to_string(totals.frames) + " frames could be fused";
-        return complain(kBadInput, o.dataset + ": " + why + (notes.empty() ? "" : " (" + notes.back() + ")"));
+        return complain(kBadInput,
+                        o.feed.path + ": " + why + (notes.empty() ? "" : " (" + notes.back() + ")"));
     }
     if (!o.quiet)
         for (const std::string& note : notes) std::fprintf(stderr, "burin: %s\n", note.c_str());
@@ -247,6 +248,10 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
         !status.ok())
         return complain_output(status);
     nlohmann::json report = make_report(o, map.get(), totals, area_m2(mesh));
+    if (nlohmann::json capture = (*feed)->report(); !capture.is_null()) {
+        capture["latency_ms"] = stage_summary(totals.latency_ms);
+        report["capture"] = std::move(capture);
+    }
     if (steps.report) steps.report(totals, &report);
     if (steps.finish)
         if (const Status status = steps.finish(totals); !status.ok()) return complain_output(status);
@@ -264,7 +269,7 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
 
 void ReconstructOptions::add_to(CLI::App& app) {
     app.add_option("-o,--output", output, "folder for the results")->required();
-    app.add_option("--format", format, "layout of the data set (recognised by itself otherwise)");
+    app.add_option("--format", feed.format, "layout of the data set (recognised by itself otherwise)");
     app.add_option("--frames", frames, "A:B, only frames A..B-1");
     app.add_option("--mesh", mesh_name, "name of the mesh file: .ply .obj .glb .stl")->capture_default_str();
     app.add_option("--resume", resume, "a map.burin to go on from");

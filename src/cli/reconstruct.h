@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-// What fuse and scan share: a recorded sequence in, frame by frame; mesh, map and report out.
+// What fuse and scan share: frames in, one by one; mesh, map and report out.
 #pragma once
 
 #include <functional>
 
 #include "cli/common.h"
+#include "cli/feed.h"
 #include "core/trajectory.h"
-#include "datasets/open.h"
 
 namespace burin::cli {
 
 struct ReconstructOptions {
-    std::string dataset, output, format, frames, mesh_name = "mesh.ply", resume, store;
+    FeedOptions feed;
+    std::string output, frames, mesh_name = "mesh.ply", resume, store;
     bool store_resume = false;
     int store_commit = 0;
     MapOptions map;
@@ -26,16 +27,17 @@ struct Totals {
     std::uint64_t dropped = 0;
     std::uint32_t store_flags = 0;
     std::vector<double> depth_ms, track_ms, integrate_ms, mesh_ms, planes_ms;
-    Trajectory trajectory;  // of scan: the frames that have a pose
+    std::vector<double> latency_ms;  // of a sensor: from a frame's last byte until it was taken in
+    Trajectory trajectory;           // of scan: the frames that have a pose
 
     // Of one frame that was fused.
     void add(const burin_frame_result& result);
 };
 
-// Hands one frame of the data set to the map. May be called with frames that have no pose. *note: a word for
+// Hands one frame to the map. May be called with frames that have no pose. *note: a word for
 // the progress line.
 using TakeFrame =
-    std::function<burin_status(const Frame& frame, burin_map map, Totals* totals, std::string* note)>;
+    std::function<burin_status(const FeedFrame& frame, burin_map map, Totals* totals, std::string* note)>;
 
 // Runs the whole command: `name` for the progress line, `take` for every frame, `report` may add to
 // report.json, and `finish` writes what else belongs in the output folder. Returns the exit code.
@@ -44,6 +46,7 @@ struct ReconstructSteps {
     TakeFrame take;
     std::function<void(const Totals& totals, nlohmann::json* report)> report;
     std::function<Status(const Totals& totals)> finish;
+    bool takes_sensors = false;
 };
 int reconstruct(ReconstructOptions& options, const ReconstructSteps& steps);
 

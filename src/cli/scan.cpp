@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// burin scan: recorded depth and colour in, the camera tracked; trajectory, mesh, map and report out.
-#include "api/c_frame.h"
+// burin scan: depth and colour in, of a recording or a sensor, the camera tracked; trajectory, mesh, map and
+// report out.
 #include "cli/reconstruct.h"
+#include "core/se3.h"
 #include "datasets/trajectory_file.h"
 
 namespace burin::cli {
@@ -15,8 +16,8 @@ struct ScanOptions {
 
 // The first frame that is fused tells the world, when it has a pose (whose z is up, if the data set's is),
 // else it is where its camera is; other poses are not looked at.
-burin_status scan_frame(const Frame& frame, burin_map map, Totals* totals, std::string* note) {
-    burin_frame in = c_frame(frame);
+burin_status scan_frame(const FeedFrame& frame, burin_map map, Totals* totals, std::string* note) {
+    burin_frame in = frame.view;
     if (!frame.has_pose) in.T_world_camera = burin_frame_default().T_world_camera;
     burin_scan_result result;
     const burin_status status = burin_scan(map, &in, &result);
@@ -31,7 +32,7 @@ burin_status scan_frame(const Frame& frame, burin_map map, Totals* totals, std::
     }
     const burin_pose& p = result.T_world_camera;
     const Result<Se3> T = se3_from_quaternion({p.tx, p.ty, p.tz}, {p.qx, p.qy, p.qz, p.qw});
-    if (T.ok()) totals->trajectory.push_back({frame.t_ns, *T});
+    if (T.ok()) totals->trajectory.push_back({frame.view.t_ns, *T});
     if (result.state == BURIN_TRACKING_WEAK) {
         ++totals->weak;
         *note = "weak";
@@ -53,14 +54,20 @@ void finish_options(ScanOptions& o) {
 }  // namespace
 
 void add_scan(CLI::App& app, int* exit) {
-    auto* command = app.add_subcommand(
-        "scan",
-        "Track the camera of a sequence and fuse it: trajectory.txt, mesh.ply, planes.json, map.burin, "
-        "report.json");
+    auto* command = app.add_subcommand("scan",
+                                       "Track the camera of a sequence or a sensor and fuse what it sees: "
+                                       "trajectory.txt, mesh.ply, planes.json, map.burin, "
+                                       "report.json");
     auto o = std::make_shared<ScanOptions>();
     o->common.map.start_from_scan();
-    command->add_option("source", o->common.dataset, "folder of the sequence")->required();
+    command->add_option("source", o->common.feed.path, "a sequence, or a sensor as burin devices lists them")
+        ->required();
     o->common.add_to(*command);
+    o->common.feed.source.add_to(*command);
+    command
+        ->add_option("--seconds", o->common.feed.seconds, "of a sensor: when to stop (otherwise at Ctrl-C)")
+        ->group("Sensors")
+        ->check(CLI::NonNegativeNumber);
     command->add_option("--tracker", o->tracker, "sdf or icp")
         ->check(CLI::IsMember({"sdf", "icp"}))
         ->capture_default_str();
@@ -77,7 +84,8 @@ void add_scan(CLI::App& app, int* exit) {
              },
              [o](const Totals& t) {
                  return write_tum_trajectory(o->common.output + "/trajectory.txt", t.trajectory);
-             }});
+             },
+             true});
     });
 }
 

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "cli/feed.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "api/c_frame.h"
+#include "cli/common.h"
+#include "datasets/open.h"
+#include "datasets/prefetch.h"
+
+namespace burin::cli {
+namespace {
+
+class DatasetFeed final : public FrameFeed {
+  public:
+    // Decoding a VGA pair takes about 8 ms on one core; a few frames ahead hide its jitter.
+    DatasetFeed(std::unique_ptr<Dataset> dataset, const Camera& depth, int begin, int end)
+        : dataset_(std::move(dataset)),
+          depth_(depth),
+          total_(end - begin),
+          prefetcher_(*dataset_, begin, end, 4, 1) {}
+
+    Result<bool> next(FeedFrame* out) override {
+        const Result<bool> got = prefetcher_.next(&frame_);
+        if (!got.ok() || !*got) return got;
+        out->view = c_frame(frame_);
+        out->has_pose = frame_.has_pose;
+        out->arrived_ns = 0;
+        return true;
+    }
+    int index() const override { return prefetcher_.index(); }
+    int total() const override { return total_; }
+    int width() const override { return depth_.width; }
+    int height() const override { return depth_.height; }
+    std::string notes() override { return dataset_->notes(); }
+
+  private:
+    std::unique_ptr<Dataset> dataset_;
+    Camera depth_;
+    int total_;
+    FramePrefetcher prefetcher_;
+    Frame frame_;
+};
+
+class SourceFeed final : public FrameFeed {
+  public:
+    SourceFeed(const FeedOptions& o, double end_ms) : options_(o), end_ms_(end_ms) {}
+    Status open(bool quiet) {
+        BURIN_TRY(source_.open(options_.path, options_.source, quiet));
+        if (burin_source_stream(source_.get(), BURIN_STREAM_DEPTH, &depth_) == BURIN_OK && depth_.width > 0)
+            return {};
+        return Status::error(Code::unsupported, "%s delivers no depth", options_.path.c_str());
+    }
+
+    Result<bool> next(FeedFrame* out) override {
+        for (;;) {
+            if (index_ + 1 >= options_.end || (end_ms_ > 0 && now_ms() > end_ms_)) return false;
+            burin_captured_frame captured = {};
+            captured.struct_size = sizeof captured;
+            const Result<bool> got = source_.next(&captured);
+            if (!got.ok() || !*got) return got;
+            ++index_;
+            if (index_ < options_.begin || !captured.images[BURIN_STREAM_DEPTH].data) continue;
+            if (burin_frame_of_capture(source_.get(), &captured, &out->view) != BURIN_OK)
+                return Status::error(Code::state, "%s", burin_source_error(source_.get()));
+            out->has_pose = false;
+            out->arrived_ns = 0;
+            for (const burin_image& image : captured.images)
+                if (image.data) out->arrived_ns = std::max(out->arrived_ns, image.host_ns);
+            return true;
+        }
+    }
+    int index() const override { return index_; }
+    int total() const override { return options_.end < 1000000000 ? options_.end - options_.begin : 0; }
+    int width() const override { return static_cast<int>(depth_.width); }
+    int height() const override { return static_cast<int>(depth_.height); }
+    nlohmann::json report() override { return source_report(source_.get()); }
+
+  private:
+    FeedOptions options_;
+    double end_ms_;
+    OwnedSource source_;
+    burin_stream_info depth_ = {};
+    int index_ = -1;
+};
+
+}  // namespace
+
+bool is_source_address(const std::string& path) {
+    const std::size_t colon = path.find(':');
+    std::error_code ignored;
+    if (colon == std::string::npos || std::filesystem::exists(path, ignored)) return false;
+    char name[32];
+    for (std::uint32_t i = 0; i < burin_backend_count(); ++i)
+        if (burin_backend(i, name, sizeof name, nullptr, 0, nullptr, 0) == BURIN_OK &&
+            path.compare(0, colon, name) == 0)
+            return true;
+    return false;
+}
+
+Result<std::unique_ptr<FrameFeed>> open_dataset_feed(const FeedOptions& o) {
+    auto dataset = open_dataset(o.path, o.format);
+    if (!dataset.ok()) return dataset.status();
+    const int frames = (*dataset)->frame_count(), end = std::min(o.end, frames);
+    if (o.begin >= end)
+        return Status::error(Code::invalid_argument, "%s: %d frames, --frames asks for those from %d on",
+                             o.path.c_str(), frames, o.begin);
+    // The first frame tells the size that the map has to make room for.
+    Frame first;
+    BURIN_TRY((*dataset)->load(o.begin, &first));
+    return std::unique_ptr<FrameFeed>(
+        std::make_unique<DatasetFeed>(std::move(*dataset), first.depth_camera, o.begin, end));
+}
+
+Result<std::unique_ptr<FrameFeed>> open_source_feed(const FeedOptions& o) {
+    auto feed = std::make_unique<SourceFeed>(o, o.seconds > 0 ? now_ms() + o.seconds * 1000 : 0);
+    BURIN_TRY(feed->open(o.quiet));
+    return std::unique_ptr<FrameFeed>(std::move(feed));
+}
+
+}  // namespace burin::cli
