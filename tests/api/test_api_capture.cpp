@@ -65,6 +65,18 @@ TEST(Capture, BackEndsAndDevicesAreListed) {
     EXPECT_EQ(burin_devices(nullptr, 1, &count), BURIN_INVALID_ARGUMENT);
 }
 
+// Of libcamera this is what the tests see: no camera that it has a handler for can be emulated here.
+TEST(Capture, CamerasThatAreNotThereAreSaidToBe) {
+    for (std::uint32_t i = 0; i < burin_backend_count(); ++i) {
+        char name[16];
+        ASSERT_EQ(burin_backend(i, name, sizeof name, nullptr, 0, nullptr, 0), BURIN_OK);
+        if (std::strcmp(name, "libcamera") != 0) continue;
+        OpenSource s;
+        EXPECT_EQ(s.open("libcamera:/no/such/camera"), BURIN_DISCONNECTED) << burin_source_error({0, 0});
+        EXPECT_NE(std::strstr(burin_source_error({0, 0}), "/no/such/camera"), nullptr);
+    }
+}
+
 TEST(Capture, OptionsHaveTheirRanges) {
     struct Bad {
         const char* says;
