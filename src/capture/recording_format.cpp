@@ -2,6 +2,7 @@
 #include "capture/recording_format.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "capture/crc32.h"
 
@@ -27,6 +28,16 @@ Se3 pose_of(const RecordedPose& r) {
     std::copy_n(r.R, 9, T.R.m);
     T.t = {r.t[0], r.t[1], r.t[2]};
     return T;
+}
+
+bool pose_is_rigid(const RecordedPose& p) {
+    for (const double t : p.t)
+        if (!std::isfinite(t)) return false;
+    const Se3 T = pose_of(p);
+    for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b)
+            if (!(std::fabs(dot(T.R.column(a), T.R.column(b)) - (a == b)) < 1e-3)) return false;
+    return T.R.determinant() > 0;
 }
 
 void seal_head(RecordHead* head) { head->head_crc = crc32(head, offsetof(RecordHead, head_crc)); }

@@ -118,6 +118,8 @@ RecordedCamera recorded_camera(const Camera& camera);
 Camera camera_of(const RecordedCamera& recorded, int width, int height);
 RecordedPose recorded_pose(const Se3& T);
 Se3 pose_of(const RecordedPose& recorded);
+// Rows of the rotation as orthonormal as text with four digits leaves them. The bits stay as recorded.
+bool pose_is_rigid(const RecordedPose& recorded);
 
 void seal_head(RecordHead* head);  // sets head_crc
 bool head_is_whole(const RecordHead& head);

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <new>
@@ -17,17 +16,6 @@
 
 namespace burin {
 namespace {
-
-// Rows of the rotation are as orthonormal as text with four digits leaves them. The bits stay as recorded.
-bool is_rigid(const RecordedPose& p) {
-    for (const double t : p.t)
-        if (!std::isfinite(t)) return false;
-    const Se3 T = pose_of(p);
-    for (int a = 0; a < 3; ++a)
-        for (int b = 0; b < 3; ++b)
-            if (!(std::fabs(dot(T.R.column(a), T.R.column(b)) - (a == b)) < 1e-3)) return false;
-    return T.R.determinant() > 0;
-}
 
 bool ends_in_zero(const char* text, std::size_t room) { return std::memchr(text, 0, room) != nullptr; }
 
@@ -117,7 +105,7 @@ Status RecordingReader::check_header() {
     std::memcpy(info_.name, header_.name, sizeof info_.name);
     std::memcpy(info_.serial, header_.serial, sizeof info_.serial);
     std::memcpy(info_.location, header_.location, sizeof info_.location);
-    if (header_.has_imu > 1 || !is_rigid(header_.T_camera_imu)) return damaged("IMU");
+    if (header_.has_imu > 1 || !pose_is_rigid(header_.T_camera_imu)) return damaged("IMU");
     info_.has_imu = header_.has_imu == 1;
     info_.T_camera_imu = pose_of(header_.T_camera_imu);
     bool any = false;
@@ -147,7 +135,7 @@ Status RecordingReader::check_header() {
         s.camera = camera_of(r.camera, s.width, s.height);
         if (const Status status = check_camera(s.camera, stream_name(s.kind)); !status.ok())
             return Status::error(Code::format, "%s: %s", path_, status.text());
-        if (!is_rigid(r.T_stream_depth)) return damaged("extrinsic");
+        if (!pose_is_rigid(r.T_stream_depth)) return damaged("extrinsic");
         s.T_stream_depth = pose_of(r.T_stream_depth);
         set_image_bytes(&s);
         any = true;
