@@ -143,6 +143,10 @@ Status RecordingReader::check_header() {
     return any ? Status() : damaged("list of streams");
 }
 
+bool RecordingReader::read_head(std::uint64_t offset, RecordHead* head) const {
+    return read(offset, head, sizeof *head) && head_is_whole(*head);
+}
+
 Status RecordingReader::read_image(std::uint64_t offset, RecordHead* head, Camera* camera, std::uint8_t* out,
                                    std::size_t* bytes) const {
     const auto damaged = [&](const char* what) {

@@ -88,6 +88,7 @@ class RecordingReader {
     // `out` (room for max_payload()). Safe on several threads at once. Errors: io, format (damaged).
     Status read_image(std::uint64_t offset, RecordHead* head, Camera* camera, std::uint8_t* out,
                       std::size_t* bytes) const;
+    bool read_head(std::uint64_t offset, RecordHead* head) const;
     std::size_t max_payload() const { return max_payload_; }
 
   private:
