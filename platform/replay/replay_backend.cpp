@@ -91,13 +91,12 @@ Status choose_streams(const SourceOptions& options, ReplayDevice* d) {
                 : kind != StreamKind::colour ||
                       asked_for(s, options.colour_width, options.colour_height, options.colour_format);
         if (!fits)
-            return Status::error(Code::unsupported, "%s: was recorded with %s %s %dx%d only", d->reader.path(),
-                                 stream_name(kind), s.format, s.width, s.height);
+            return Status::error(Code::unsupported, "%s: was recorded with %s %s %dx%d only",
+                                 d->reader.path(), stream_name(kind), s.format, s.width, s.height);
     }
     // Jpeg comes out as RGB, and all images of a stream are alike.
     for (int i = 0; i < d->reader.frame_count() && d->info.has(StreamKind::colour); ++i) {
-        const std::uint64_t offset =
-            d->reader.frame(i).recorded.images[static_cast<int>(StreamKind::colour)];
+        const std::uint64_t offset = d->reader.frame(i).recorded.images[static_cast<int>(StreamKind::colour)];
         RecordHead head;
         if (offset == 0 || !d->reader.read_head(offset, &head)) continue;
         d->info.at(StreamKind::colour) = decoded_stream(d->info.at(StreamKind::colour), head.codec);

@@ -119,7 +119,8 @@ std::size_t PixelEncoder::encode_bytes(const std::uint8_t* bytes, std::size_t co
                                        std::uint8_t* out) {
     std::uint8_t* plain = plain_.get();
     std::memcpy(plain, bytes, std::min(step, count));
-    for (std::size_t i = step; i < count; ++i) plain[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - step]);
+    for (std::size_t i = step; i < count; ++i)
+        plain[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - step]);
     return compress(count, out);
 }
 
@@ -146,7 +147,8 @@ bool PixelDecoder::decode_depth(const std::uint8_t* coded, std::size_t bytes, st
     const std::uint8_t* plain = plain_.get();
     const std::size_t most = std::min(plain_room(pixels, 0), plain_bytes_);
     std::size_t got = 0;
-    if (!decompress(coded, bytes, plain_.get(), kCounts + mask_bytes(pixels), most, &got, reason)) return false;
+    if (!decompress(coded, bytes, plain_.get(), kCounts + mask_bytes(pixels), most, &got, reason))
+        return false;
     std::uint32_t counts[2];
     std::memcpy(counts, plain, kCounts);
     const std::size_t distinct = counts[0], valid = counts[1];

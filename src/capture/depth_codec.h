@@ -50,10 +50,10 @@ class PixelEncoder {
     std::size_t compress(std::size_t bytes, std::uint8_t* out);
 
     ZSTD_CCtx_s* context_ = nullptr;
-    std::unique_ptr<std::uint8_t[]> plain_;        // what zstd gets
-    std::unique_ptr<std::uint16_t[]> values_;      // of the valid pixels
-    std::unique_ptr<std::uint16_t[]> rank_;        // 65536
-    std::unique_ptr<std::uint8_t[]> seen_;         // 65536
+    std::unique_ptr<std::uint8_t[]> plain_;    // what zstd gets
+    std::unique_ptr<std::uint16_t[]> values_;  // of the valid pixels
+    std::unique_ptr<std::uint16_t[]> rank_;    // 65536
+    std::unique_ptr<std::uint8_t[]> seen_;     // 65536
     std::size_t plain_bytes_ = 0, bound_ = 0;
 };
 

@@ -35,8 +35,7 @@ void video_range(int y, int u, int v, std::uint8_t* rgb) {
 
 void packed_to_rgb(const std::uint8_t* p, int width, int step, int red, int green, int blue,
                    std::uint8_t* rgb) {
-    for (int x = 0; x < width; ++x, p += step, rgb += 3)
-        rgb[0] = p[red], rgb[1] = p[green], rgb[2] = p[blue];
+    for (int x = 0; x < width; ++x, p += step, rgb += 3) rgb[0] = p[red], rgb[1] = p[green], rgb[2] = p[blue];
 }
 
 struct Errors {
@@ -113,7 +112,8 @@ void row_to_rgb(const ColourRows& image, int row, std::uint8_t* rgb) {
             return;
         case PixelFormat::nv12:
         case PixelFormat::nv21: {
-            const std::uint8_t* uv = image.chroma + static_cast<std::size_t>(row / 2) * image.chroma_stride_bytes;
+            const std::uint8_t* uv =
+                image.chroma + static_cast<std::size_t>(row / 2) * image.chroma_stride_bytes;
             const int u = image.format == PixelFormat::nv21 ? 1 : 0;
             for (int x = 0; x < width; ++x)
                 full_range(p[x], uv[2 * (x / 2) + u] - 128, uv[2 * (x / 2) + 1 - u] - 128, rgb + 3 * x);
@@ -144,8 +144,7 @@ Status JpegEncoder::reserve(int max_width) {
     s.jpeg.err = jpeg_std_error(&s.errors.base);
     s.errors.base.error_exit = fail;
     s.errors.base.emit_message = on_message;
-    if (setjmp(s.errors.jump))
-        return Status::error(Code::insufficient_memory, "libjpeg could not be set up");
+    if (setjmp(s.errors.jump)) return Status::error(Code::insufficient_memory, "libjpeg could not be set up");
     jpeg_create_compress(&s.jpeg);
     s.made = true;
     s.output.init_destination = start_output;
@@ -157,6 +156,7 @@ Status JpegEncoder::reserve(int max_width) {
 
 std::size_t JpegEncoder::encode(const ColourRows& image, int quality, std::uint8_t* out, std::size_t room) {
     State& s = *state_;
+    if (room == 0) return 0;  // libjpeg takes it that there is room for a byte
     if (setjmp(s.errors.jump)) {
         jpeg_abort_compress(&s.jpeg);
         return 0;

@@ -26,8 +26,8 @@ Status DiskFile::create(const char* folder, const char* name) {
     const int length = std::snprintf(path_, sizeof path_, "%s/%s", folder, name);
     if (*folder == 0 || length < 0 || static_cast<std::size_t>(length) > kMaxPath)
         return Status::error(Code::invalid_argument,
-                             "recording: a folder's name of %zu bytes, expected 1 to %zu", std::strlen(folder),
-                             kMaxPath - std::strlen(name) - 1);
+                             "recording: a folder's name of %zu bytes, expected 1 to %zu",
+                             std::strlen(folder), kMaxPath - std::strlen(name) - 1);
     if (::mkdir(folder, 0755) != 0 && errno != EEXIST)
         return Status::error(Code::io, "%s: cannot create the folder: %s", folder, std::strerror(errno));
     fd_ = ::open(path_, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);

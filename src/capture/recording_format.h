@@ -39,7 +39,7 @@ enum class ImageCodec : std::uint8_t {
 
 inline constexpr std::uint8_t kRecordDeviceTime = 1;  // device_ns is the device's
 inline constexpr std::uint8_t kRecordDamaged = 2;     // parts are missing
-inline constexpr std::uint8_t kRecordCamera = 4;      // the payload begins with the image's own RecordedCamera
+inline constexpr std::uint8_t kRecordCamera = 4;  // the payload begins with the image's own RecordedCamera
 
 struct RecordHead {
     std::uint32_t magic = kRecordMagic;

@@ -122,8 +122,8 @@ Status ImageDecoder::decode(const StreamInfo& s, const RecordHead& head, const s
             if (s.pixels != StreamPixels::colour) break;
             reason = text;
             const StreamInfo made = decoded_stream(s, ImageCodec::jpeg);
-            ok = jpeg_.decode(coded, bytes, s.width, s.height, made.colour_format == PixelFormat::grey8 ? 1 : 3,
-                              out, made.row_bytes, text);
+            ok = jpeg_.decode(coded, bytes, s.width, s.height,
+                              made.colour_format == PixelFormat::grey8 ? 1 : 3, out, made.row_bytes, text);
             break;
         }
         default:

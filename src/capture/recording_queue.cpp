@@ -28,8 +28,8 @@ void copy_image(const StreamInfo& s, const CapturedImage& image, std::uint8_t* t
     if (!has_chroma_plane(s)) return;
     const auto luma_rows = static_cast<std::size_t>(s.height);
     const std::size_t row_bytes = chroma_row_bytes(s.width);
-    copy_rows(image.pixels + image.stride_bytes * luma_rows, std::max(image.stride_bytes, row_bytes), row_bytes,
-              (s.height + 1) / 2, to + s.row_bytes * luma_rows);
+    copy_rows(image.pixels + image.stride_bytes * luma_rows, std::max(image.stride_bytes, row_bytes),
+              row_bytes, (s.height + 1) / 2, to + s.row_bytes * luma_rows);
 }
 
 bool same_image(const CapturedImage& a, const CapturedImage& b) {

@@ -55,8 +55,9 @@ Status RecordingReader::open(const char* path) {
     if (::stat(path_, &info) == 0 && S_ISDIR(info.st_mode)) {
         const int length = std::snprintf(path_, sizeof path_, "%s/%s", path, kRecordingName);
         if (length < 0 || static_cast<std::size_t>(length) >= sizeof path_)
-            return Status::error(Code::invalid_argument, "recording: a path of %d bytes, expected at most %zu",
-                                 length, sizeof path_ - 1);
+            return Status::error(Code::invalid_argument,
+                                 "recording: a path of %d bytes, expected at most %zu", length,
+                                 sizeof path_ - 1);
     }
     // O_NONBLOCK: opening a pipe by mistake must not wait for a writer.
     fd_ = ::open(path_, O_RDONLY | O_CLOEXEC | O_NONBLOCK);

@@ -53,9 +53,9 @@ class RecordingReader {
     };
     // What opening found beside whole frames.
     struct Findings {
-        bool closed = false;             // it ends as close() left it
-        std::uint64_t torn_bytes = 0;    // behind the last whole record
-        std::uint64_t damaged_bytes = 0; // passed over in the middle
+        bool closed = false;                  // it ends as close() left it
+        std::uint64_t torn_bytes = 0;         // behind the last whole record
+        std::uint64_t damaged_bytes = 0;      // passed over in the middle
         std::uint64_t incomplete_frames = 0;  // whose images are in none of the whole records
         std::uint64_t dropped_frames = 0;     // by the recorder, as it says
         std::uint64_t lost_images[kStreamKinds] = {};

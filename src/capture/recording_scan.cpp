@@ -27,7 +27,7 @@ Status RecordingReader::scan() {
     };
     std::uint8_t peek[kPeek];
     std::unique_ptr<std::uint8_t[]> longer;  // for readings
-    std::uint64_t marked = 0;                // all before this was on the disk, whatever happened to the power
+    std::uint64_t marked = 0;  // all before this was on the disk, whatever happened to the power
     std::uint64_t at = record_bytes(sizeof header_);
     std::size_t frames_at_mark = 0;
     while (at + sizeof(RecordHead) <= size_) {

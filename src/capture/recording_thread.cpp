@@ -38,7 +38,8 @@ void RecordingWriter::run() {
         {
             std::unique_lock lock(mutex_);
             // Looks up four times a second: for lines, and for the sync that is due.
-            work_.wait_for(lock, std::chrono::milliseconds(250), [&] { return stopping_ || queue_.frames() > 0; });
+            work_.wait_for(lock, std::chrono::milliseconds(250),
+                           [&] { return stopping_ || queue_.frames() > 0; });
             if (queue_.frames() > 0) frame = &queue_.front();
             stop = stopping_ && !frame;
         }

@@ -41,13 +41,13 @@ const char* state_name(RecordingState state);
 
 struct RecordingStatistics {
     RecordingState state = RecordingState::closed;
-    std::uint64_t frames = 0;      // written
-    std::uint64_t dropped = 0;     // found no room in the queue, or came after the disk had refused
+    std::uint64_t frames = 0;   // written
+    std::uint64_t dropped = 0;  // found no room in the queue, or came after the disk had refused
     std::uint64_t imu_samples = 0, imu_lost = 0;
     std::uint64_t file_bytes = 0;
     std::uint64_t image_bytes = 0, coded_bytes = 0;  // of the images written: their pixels, and in the file
     std::uint64_t queue_bytes = 0;
-    int queue_high_water = 0;                        // frames
+    int queue_high_water = 0;  // frames
     // Of the last 256 frames: to code and write one, milliseconds.
     double write_p50_ms = 0, write_p95_ms = 0, write_max_ms = 0;
 };

@@ -45,7 +45,8 @@ int run(const Options& o) {
     RecordingStatistics statistics;
     Status status;
     {
-        Progress progress("record", std::min(options.end, (*dataset)->frame_count()) - options.begin, o.quiet);
+        Progress progress("record", std::min(options.end, (*dataset)->frame_count()) - options.begin,
+                          o.quiet);
         status = record_dataset(
             **dataset, o.output, o.source, options,
             [&](int done, int) {

@@ -56,8 +56,8 @@ Status describe(const Dataset& dataset, int begin, int end, DeviceInfo* info) {
                 s.fps = std::min(1e9 / static_cast<double>(frame.t_ns - first_ns), 1e6);
         }
         if (!frame.colour.empty() && !info->has(StreamKind::colour)) {
-            StreamInfo s = stream_of(StreamKind::colour, frame.colour_camera, frame.colour.width,
-                                     frame.colour.height);
+            StreamInfo s =
+                stream_of(StreamKind::colour, frame.colour_camera, frame.colour.width, frame.colour.height);
             s.T_stream_depth = frame.T_colour_depth;
             s.fps = info->at(StreamKind::depth).fps;
             info->at(StreamKind::colour) = s;
@@ -84,7 +84,8 @@ class FrameOfDataset {
             put(StreamKind::depth, frame.depth_u16.pixels.data(), frame.depth_camera, frame.t_ns, index);
         }
         if (!frame.colour.empty())
-            put(StreamKind::colour, frame.colour.pixels.data(), frame.colour_camera, frame.colour_t_ns, index);
+            put(StreamKind::colour, frame.colour.pixels.data(), frame.colour_camera, frame.colour_t_ns,
+                index);
         captured_.imu = frame.imu.data();
         captured_.imu_count = static_cast<int>(frame.imu.size());
         return {};

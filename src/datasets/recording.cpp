@@ -110,7 +110,8 @@ Status Recording::load_colour(std::uint64_t offset, Worker* worker, Frame* out) 
     const ColourRows rows = packed_colour(decoded_stream(s, head.codec), worker->pixels.data());
     resize(&out->colour, s.width, s.height, 3);
     for (int y = 0; y < s.height; ++y)
-        row_to_rgb(rows, y, out->colour.pixels.data() + 3 * std::size_t(s.width) * static_cast<std::size_t>(y));
+        row_to_rgb(rows, y,
+                   out->colour.pixels.data() + 3 * std::size_t(s.width) * static_cast<std::size_t>(y));
     out->colour_t_ns = head.t_ns;
     out->T_colour_depth = s.T_stream_depth;
     return {};
@@ -123,9 +124,9 @@ Status Recording::load(int index, Worker* worker, Frame* out) const {
     clear(&out->depth_f32);
     resize(&out->depth_u16, s.width, s.height, 1);
     RecordHead head;
-    BURIN_TRY(worker->images.read(
-        reader_, recorded.images[kDepth], StreamKind::depth, &head, &out->depth_camera,
-        static_cast<std::uint8_t*>(static_cast<void*>(out->depth_u16.pixels.data()))));
+    BURIN_TRY(
+        worker->images.read(reader_, recorded.images[kDepth], StreamKind::depth, &head, &out->depth_camera,
+                            static_cast<std::uint8_t*>(static_cast<void*>(out->depth_u16.pixels.data()))));
     out->t_ns = frame.t_ns;
     out->depth_unit_m = s.unit_m;
     if (recorded.images[kColour] != 0) {
