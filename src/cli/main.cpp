@@ -17,6 +17,9 @@ int main(int argc, char** argv) {
     add_render(app, &exit);
     add_eval(app, &exit);
     add_devices(app, &exit);
+#ifdef BURIN_HAVE_RECORDING
+    add_record(app, &exit);
+#endif
     add_config(app, &exit);
     try {
         app.parse(argc, argv);
@@ -33,7 +36,7 @@ int main(int argc, char** argv) {
     }
     if (app.get_subcommands().empty())
         return complain(kBadInput,
-                        "no command, expected fuse, scan, synth, mesh, planes, render, eval, devices or "
-                        "config (see burin --help)");
+                        "no command, expected fuse, scan, synth, mesh, planes, render, eval, devices, "
+                        "record or config (see burin --help)");
     return exit;
 }

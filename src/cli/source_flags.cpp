@@ -76,8 +76,7 @@ Status OwnedSource::open(const std::string& address, const SourceFlags& flags, b
     address_ = address;
     patience_s_ = flags.patience_s;
     // From here on an interruption ends the loop, and the sensor is given back in order.
-    std::signal(SIGINT, ask_to_stop);
-    std::signal(SIGTERM, ask_to_stop);
+    catch_interrupts();
     if (const burin_status opened = burin_source_open(address.c_str(), &o, &source_); opened != BURIN_OK)
         return source_status(opened, {0, 0});
     return source_status(burin_source_start(source_), source_);
@@ -95,6 +94,11 @@ Result<bool> OwnedSource::next(burin_captured_frame* frame) {
         const bool may_come = status == BURIN_TIMEOUT || status == BURIN_DISCONNECTED;
         if (!may_come || now_ms() - began_ms > patience_s_ * 1000) return source_status(status, source_);
     }
+}
+
+void catch_interrupts() {
+    std::signal(SIGINT, ask_to_stop);
+    std::signal(SIGTERM, ask_to_stop);
 }
 
 bool interrupted() { return stop_asked.load(); }

@@ -39,7 +39,9 @@ class OwnedSource {
     double patience_s_ = 10;
 };
 
-// SIGINT and SIGTERM end the loop, not the program: what was captured is kept. From the first call on.
+// SIGINT and SIGTERM end the loop, not the program: what was captured is kept. From catch_interrupts() on,
+// which opening a source calls too.
+void catch_interrupts();
 bool interrupted();
 
 // frames, lost, dropped, damaged of each stream, latencies, drift: "capture" of a report.
