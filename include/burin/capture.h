@@ -230,6 +230,65 @@ typedef struct burin_source_statistics {
 
 BURIN_API burin_status burin_source_stats(burin_source source, burin_source_statistics* statistics);
 
+/* ---------------------------------------------------------------------------------------------------------
+ * recordings (docs/recording.md): burin_source_open("replay:DIR") plays them, burin scan and burin fuse take
+ * them as data sets; both bit for bit what was recorded */
+
+/* A value; {0, 0} is the null recorder. At most 16 at a time. */
+typedef struct burin_recorder {
+    uint32_t index, generation;
+} burin_recorder;
+
+typedef enum burin_recorded_colour {
+    BURIN_RECORDED_JPEG = 0,     /* smallest; not what the sensor sent to the bit */
+    BURIN_RECORDED_LOSSLESS = 1, /* compressed without loss */
+    BURIN_RECORDED_RAW = 2
+} burin_recorded_colour;
+
+typedef struct burin_recorder_options {
+    uint32_t struct_size; /* sizeof(burin_recorder_options) */
+    uint32_t lossless; /* 1: burin_recorder_add waits for room. Default 0: a frame that finds none is dropped,
+                          counted */
+    uint32_t queue_frames; /* that may wait for the disk, 1 .. 256. Default 15 */
+    uint32_t colour;       /* a burin_recorded_colour. Default JPEG */
+    uint32_t jpeg_quality; /* 1 .. 100. Default 90 */
+    double
+        sync_s; /* the disk is made to hold what was written every so long; 0: only at the end. Default 2 */
+    uint64_t reserved[4]; /* zero */
+} burin_recorder_options;
+
+BURIN_API burin_recorder_options burin_recorder_options_default(void);
+
+/* A new recording of the source's frames in `folder`, which is made when its parent is there. Killed at any
+ * byte, the file opens to its last whole record. options may be NULL. Errors: INVALID_ARGUMENT, IO (there is
+ * one already, or the disk refuses), INSUFFICIENT_MEMORY, STATE (the source; 16 recorders are open). */
+BURIN_API burin_status burin_recorder_open(burin_source source, const char* folder,
+                                           const burin_recorder_options* options, burin_recorder* recorder);
+/* Copies a frame of that source and returns; a thread of the recorder writes. The source may be used and
+ * closed meanwhile. OK also for a frame that is dropped. IO: a full disk, or another refusal, has ended the
+ * recording. */
+BURIN_API burin_status burin_recorder_add(burin_recorder recorder, const burin_captured_frame* frame);
+/* Writes what waits and ends the file; statistics remain, further frames are refused with STATE. The first
+ * error of the recording, if any. */
+BURIN_API burin_status burin_recorder_finish(burin_recorder recorder);
+/* The same, and *recorder becomes the null recorder, also on error. */
+BURIN_API burin_status burin_recorder_close(burin_recorder* recorder);
+/* As burin_source_error; of the null recorder the line of burin_recorder_open and burin_recorder_close. */
+BURIN_API const char* burin_recorder_error(burin_recorder recorder);
+
+typedef struct burin_recorder_statistics {
+    uint32_t struct_size;       /* sizeof(burin_recorder_statistics), set by the caller */
+    uint32_t disk_full, failed; /* 1: the recording has ended, for this or another refusal of the disk */
+    uint32_t queue_high_water;  /* frames */
+    uint64_t frames, dropped;
+    uint64_t file_bytes, image_bytes,
+        coded_bytes; /* the file's; of its images before and after compression */
+    uint64_t imu_samples;
+    double write_p50_ms, write_p95_ms, write_max_ms; /* to code and write one, of the last 256 */
+} burin_recorder_statistics;
+
+BURIN_API burin_status burin_recorder_stats(burin_recorder recorder, burin_recorder_statistics* statistics);
+
 #ifdef __cplusplus
 }
 #endif

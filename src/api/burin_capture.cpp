@@ -13,19 +13,9 @@
 namespace burin {
 namespace {
 
-// One call on one source: refuses a second thread and keeps the line of an error.
 template <class Body>
 burin_status call(burin_source handle, Body&& body) {
-    SourceObject* object = object_of(handle);
-    if (!object)
-        return tell(source_thread_error(),
-                    Status::error(Code::state, "the source is null, closed or was never opened"));
-    if (object->busy.exchange(true))
-        return tell(source_thread_error(),
-                    Status::error(Code::state, "the source is in use by another thread"));
-    const burin_status status = tell(object->error, body(object->source));
-    object->busy.store(false);
-    return status;
+    return call_on(sources().find(handle), [&](SourceObject& object) { return body(object.source); });
 }
 
 template <std::size_t N>
@@ -126,9 +116,10 @@ Status open_source(const char* address, const burin_source_options* options, bur
         delete object;
         return opened;
     }
-    if (!register_source(object, out)) {
+    if (!sources().add(object, out)) {
         delete object;
-        return Status::error(Code::state, "%u sources are open, there are no more places", kMaxSources);
+        return Status::error(Code::state, "%u sources are open, there are no more places",
+                             SourceTable::places);
     }
     return {};
 }
@@ -157,12 +148,10 @@ burin_status burin_source_open(const char* address, const burin_source_options* 
 
 burin_status burin_source_close(burin_source* source) {
     if (!source) return tell(source_thread_error(), null_argument("source"));
-    SourceObject* object = object_of(*source);
-    if (!object || object->busy.exchange(true))
-        return tell(source_thread_error(),
-                    Status::error(Code::state, object ? "the source is in use by another thread"
-                                                      : "the source is null, closed or was never opened"));
-    unregister_source(*source);
+    burin_status status = BURIN_OK;
+    SourceObject* object = enter(sources().find(*source), &status);
+    if (!object) return status;
+    sources().remove(*source);
     delete object;
     *source = {0, 0};
     return BURIN_OK;
@@ -176,7 +165,7 @@ burin_status burin_source_stop(burin_source source) {
 }
 
 const char* burin_source_error(burin_source source) {
-    const SourceObject* object = object_of(source);
+    const SourceObject* object = sources().find(source);
     return object ? object->error : source_thread_error();
 }
 

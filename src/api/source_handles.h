@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Handles of sources: those of maps (handles.h) in small.
+// Sources and recorders behind the handles of capture.h, and how every call on one runs.
 #pragma once
 
 #include <atomic>
 #include <cstdio>
 
+#include "api/handle_table.h"
 #include "burin/capture.h"
 #include "capture/live_source.h"
+#include "capture/recording_writer.h"
 #include "core/status.h"
 
 namespace burin {
 
 struct SourceObject {
+    static constexpr const char* kWhat = "source";
     LiveSource source;
     burin_log log = nullptr;
     void* log_user = nullptr;
@@ -24,15 +27,20 @@ struct SourceObject {
     }
 };
 
-inline constexpr std::uint32_t kMaxSources = 16;
+struct RecorderObject {
+    static constexpr const char* kWhat = "recorder";
+    RecordingWriter writer;
+    DeviceInfo info;  // of the source
+    std::atomic<bool> busy{false};
+    char error[512] = "";
+};
 
-// False: all places are taken.
-bool register_source(SourceObject* object, burin_source* handle);
-void unregister_source(burin_source handle);
-// Null when the handle is null, stale or was never given out.
-SourceObject* object_of(burin_source handle);
+using SourceTable = HandleTable<SourceObject, 16>;
+using RecorderTable = HandleTable<RecorderObject, 16>;
+SourceTable& sources();
+RecorderTable& recorders();
 
-// Text of burin_source_error for calls without a source; one a thread, 512 bytes.
+// Text for calls without an object; one a thread, 512 bytes.
 char* source_thread_error();
 
 // Keeps the line of an error.
@@ -43,6 +51,30 @@ inline burin_status tell(char* line, const Status& status) {
 
 inline Status null_argument(const char* name) {
     return Status::error(Code::invalid_argument, "%s is null", name);
+}
+
+// The object, for the length of one call; or null, with the status told.
+template <class Object>
+Object* enter(Object* object, burin_status* status) {
+    Status refused;
+    if (!object)
+        refused = Status::error(Code::state, "the %s is null, closed or was never opened", Object::kWhat);
+    else if (object->busy.exchange(true))
+        refused = Status::error(Code::state, "the %s is in use by another thread", Object::kWhat);
+    else
+        return object;
+    *status = tell(source_thread_error(), refused);
+    return nullptr;
+}
+
+// One call: body(object) gives a Status, whose line the object keeps.
+template <class Object, class Body>
+burin_status call_on(Object* object, Body&& body) {
+    burin_status status = BURIN_OK;
+    if (!enter(object, &status)) return status;
+    status = tell(object->error, body(*object));
+    object->busy.store(false);
+    return status;
 }
 
 }  // namespace burin

@@ -6,6 +6,7 @@
 
 #include "api/c_frame.h"
 #include "cli/common.h"
+#include "cli/record_source.h"
 #include "datasets/open.h"
 #include "datasets/prefetch.h"
 
@@ -49,7 +50,7 @@ class SourceFeed final : public FrameFeed {
     Status open(bool quiet) {
         BURIN_TRY(source_.open(options_.path, options_.source, quiet));
         if (burin_source_stream(source_.get(), BURIN_STREAM_DEPTH, &depth_) == BURIN_OK && depth_.width > 0)
-            return {};
+            return options_.record.empty() ? Status() : recorder_.open(source_.get(), options_.record, {});
         return Status::error(Code::unsupported, "%s delivers no depth", options_.path.c_str());
     }
 
@@ -61,6 +62,7 @@ class SourceFeed final : public FrameFeed {
             const Result<bool> got = source_.next(&captured);
             if (!got.ok() || !*got) return got;
             ++index_;
+            record(captured);
             if (index_ < options_.begin || !captured.images[BURIN_STREAM_DEPTH].data) continue;
             if (burin_frame_of_capture(source_.get(), &captured, &out->view) != BURIN_OK)
                 return Status::error(Code::state, "%s", burin_source_error(source_.get()));
@@ -75,12 +77,29 @@ class SourceFeed final : public FrameFeed {
     int total() const override { return options_.end < 1000000000 ? options_.end - options_.begin : 0; }
     int width() const override { return static_cast<int>(depth_.width); }
     int height() const override { return static_cast<int>(depth_.height); }
-    nlohmann::json report() override { return source_report(source_.get()); }
+    nlohmann::json report() override {
+        nlohmann::json all = source_report(source_.get());
+        if (options_.record.empty()) return all;
+        if (const Status finished = recorder_.finish(); !finished.ok() && !refused_)
+            std::fprintf(stderr, "burin: %s\n", finished.text());
+        all["recording"] = recorder_.report();
+        return all;
+    }
 
   private:
+    // A disk that is full ends the recording, not the scan.
+    void record(const burin_captured_frame& captured) {
+        if (options_.record.empty() || refused_) return;
+        const Status added = recorder_.add(captured);
+        refused_ = !added.ok();
+        if (refused_) std::fprintf(stderr, "burin: %s; the scan goes on\n", added.text());
+    }
+
     FeedOptions options_;
     double end_ms_;
     OwnedSource source_;
+    OwnedRecorder recorder_;
+    bool refused_ = false;
     burin_stream_info depth_ = {};
     int index_ = -1;
 };

@@ -38,6 +38,7 @@ struct FeedOptions {
     double seconds = 0;               // of a sensor: when to stop; 0: when interrupted
     bool quiet = false;
     SourceFlags source;
+    std::string record;  // of a sensor: a folder for a recording of what comes
 };
 
 // A sensor's address begins with the name of a back end and a colon, and is no path that exists.

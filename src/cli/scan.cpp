@@ -68,6 +68,9 @@ void add_scan(CLI::App& app, int* exit) {
         ->add_option("--seconds", o->common.feed.seconds, "of a sensor: when to stop (otherwise at Ctrl-C)")
         ->group("Sensors")
         ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--record", o->common.feed.record, "of a sensor: a folder for a recording of what comes")
+        ->group("Sensors");
     command->add_option("--tracker", o->tracker, "sdf or icp")
         ->check(CLI::IsMember({"sdf", "icp"}))
         ->capture_default_str();

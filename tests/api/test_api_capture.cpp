@@ -2,7 +2,9 @@
 // capture.h as an application uses it, on the made-up sensor.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
@@ -200,6 +202,70 @@ TEST(Capture, SecondThreadIsRefused) {
     burin_captured_frame frame = empty_frame();
     EXPECT_EQ(burin_source_next(s.source, 0, &frame), BURIN_STATE);
     other.join();
+}
+
+TEST(Capture, RecordingIsPlayedBackPixelForPixel) {
+    char folder[] = "/tmp/burin_recorder_XXXXXX";
+    ASSERT_NE(::mkdtemp(folder), nullptr);
+    const std::string recording = std::string(folder) + "/take";
+    burin_recorder recorder = {0, 0};
+    {
+        OpenSource s;
+        burin_source_options o = burin_source_options_default();
+        o.lossless = 1;
+        ASSERT_EQ(s.open("null:64x48@200", &o), BURIN_OK);
+        burin_recorder_options r = burin_recorder_options_default();
+        r.queue_frames = 0;
+        EXPECT_EQ(burin_recorder_open(s.source, recording.c_str(), &r, &recorder), BURIN_INVALID_ARGUMENT);
+        r = burin_recorder_options_default();
+        r.lossless = 1;
+        r.colour = BURIN_RECORDED_LOSSLESS;
+        EXPECT_EQ(burin_recorder_open({0, 0}, recording.c_str(), &r, &recorder), BURIN_STATE);
+        ASSERT_EQ(burin_recorder_open(s.source, recording.c_str(), &r, &recorder), BURIN_OK)
+            << burin_recorder_error({0, 0});
+        ASSERT_EQ(burin_source_start(s.source), BURIN_OK);
+        burin_captured_frame captured = empty_frame();
+        for (int i = 0; i < 10; ++i) {
+            ASSERT_EQ(burin_source_next(s.source, kSecond, &captured), BURIN_OK);
+            ASSERT_EQ(burin_recorder_add(recorder, &captured), BURIN_OK) << burin_recorder_error(recorder);
+        }
+        captured.images[BURIN_STREAM_DEPTH].camera.width = 4096;
+        EXPECT_EQ(burin_recorder_add(recorder, &captured), BURIN_INVALID_ARGUMENT) << "not of this source";
+    }
+    ASSERT_EQ(burin_recorder_finish(recorder), BURIN_OK);
+    burin_captured_frame none = empty_frame();
+    EXPECT_EQ(burin_recorder_add(recorder, &none), BURIN_STATE);
+    burin_recorder_statistics statistics = {};
+    statistics.struct_size = sizeof statistics;
+    ASSERT_EQ(burin_recorder_stats(recorder, &statistics), BURIN_OK);
+    EXPECT_EQ(statistics.frames, 10u);
+    EXPECT_EQ(burin_recorder_close(&recorder), BURIN_OK);
+    EXPECT_EQ(burin_recorder_close(&recorder), BURIN_STATE);
+
+    OpenSource replay;
+    burin_source_options o = burin_source_options_default();
+    o.lossless = 1;
+    ASSERT_EQ(replay.open(("replay:" + recording + "?pace=fast").c_str(), &o), BURIN_OK)
+        << burin_source_error({0, 0});
+    ASSERT_EQ(burin_source_start(replay.source), BURIN_OK);
+    burin_captured_frame captured = empty_frame();
+    for (std::uint64_t n = 0; n < 10; ++n) {
+        ASSERT_EQ(burin_source_next(replay.source, kSecond, &captured), BURIN_OK)
+            << burin_source_error(replay.source);
+        const burin_image& depth = captured.images[BURIN_STREAM_DEPTH];
+        for (int y = 0; y < 48; ++y)
+            for (int x = 0; x < 64; ++x) {
+                std::uint16_t mm;
+                std::memcpy(&mm,
+                            static_cast<const char*>(depth.data) +
+                                static_cast<std::uint64_t>(y) * depth.stride_bytes + 2 * x,
+                            2);
+                ASSERT_EQ(mm, null_depth_mm(x, y, n));
+            }
+        EXPECT_NE(captured.images[BURIN_STREAM_COLOUR].data, nullptr);
+    }
+    EXPECT_EQ(burin_source_next(replay.source, kSecond, &captured), BURIN_ENDED);
+    std::filesystem::remove_all(folder);
 }
 
 #ifdef BURIN_COUNT_ALLOCATIONS
