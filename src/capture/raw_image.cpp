@@ -15,7 +15,8 @@ std::size_t each_row(const RawBytes& raw, std::size_t tight, int width, int heig
     std::size_t pixels = 0;
     for (int y = 0; y < height; ++y) {
         const std::size_t start = static_cast<std::size_t>(y) * stride;
-        const std::size_t bytes = start < raw.size ? std::min(raw.size - start, tight) : 0;
+        // What lies behind a row within the bytes may be read: kernels load whole vectors.
+        const std::size_t bytes = start < raw.size ? raw.size - start : 0;
         const int found = bytes ? body(raw.data + start, bytes, y) : 0;
         if (found < width) clear(y, found);
         pixels += static_cast<std::size_t>(found);
@@ -58,9 +59,17 @@ std::size_t unpack_image(simd::Packing packing, const RawBytes& raw, const Depth
     const auto width = static_cast<std::size_t>(out.width);
     const simd::PackedGroup group = simd::packed_group(packing);
     const auto group_pixels = static_cast<std::size_t>(group.pixels);
+    const std::size_t tight = simd::packed_bytes(packing, width);
+    const auto height = static_cast<std::size_t>(out.height);
+    if (width % group_pixels == 0 && (raw.stride == 0 || raw.stride == tight) && out.stride == out.width) {
+        const int all = static_cast<int>(width * height);
+        const int found = unpack_row(packing, raw.data, raw.size, all, table, out.data);
+        std::fill(out.data + found, out.data + all, std::uint16_t{0});
+        return static_cast<std::size_t>(found);
+    }
     if (raw.stride != 0 || group.whole || width % group_pixels == 0)
         return each_row(
-            raw, simd::packed_bytes(packing, width), out.width, out.height,
+            raw, tight, out.width, out.height,
             [&](const std::uint8_t* in, std::size_t bytes, int y) {
                 return unpack_row(packing, in, bytes, out.width, table, out.row(y));
             },

@@ -105,15 +105,14 @@ Status Registration::configure(const Camera& depth, double depth_unit_m, const C
     const std::size_t padded = (static_cast<std::size_t>(depth.width) + simd::kFootprintBatch - 1) /
                                simd::kFootprintBatch * simd::kFootprintBatch;
     const std::size_t pixels = static_cast<std::size_t>(depth.width) * static_cast<std::size_t>(depth.height);
-    std::unique_ptr<std::uint16_t[]> rows(new (std::nothrow) std::uint16_t[4 * padded]);
+    std::unique_ptr<std::uint32_t[]> rows(new (std::nothrow) std::uint32_t[2 * padded]);
     if (depth.distorted()) rays_.reset(new (std::nothrow) float[2 * pixels]);
     if (!rows || (depth.distorted() && !rays_))
         return Status::error(Code::insufficient_memory, "registration: no memory for %dx%d pixels",
                              depth.width, depth.height);
-    // int32 first: the allocation is aligned for it.
     footprints_.cell = reinterpret_cast<std::int32_t*>(rows.get());
-    footprints_.less_one = rows.get() + 2 * padded;
-    footprints_.size = rows.get() + 3 * padded;
+    footprints_.what = rows.get() + padded;
+    there_ = reinterpret_cast<std::uint16_t*>(footprints_.what);  // one or the other
     rows_ = std::move(rows);
     if (rays_)
         for (int y = 0; y < depth.height; ++y)
@@ -134,7 +133,22 @@ const float* Registration::ray(int axis, int y) const {
     return rays_.get() + row * static_cast<std::size_t>(depth_.width);
 }
 
-void Registration::depth_to_colour(View<const std::uint16_t> depth, View<std::uint16_t> out) {
+Status Registration::check(int depth_width, int depth_height, int width, int height,
+                           std::ptrdiff_t pitch) const {
+    if (!configured()) return Status::error(Code::state, "registration: not configured");
+    if (depth_width != depth_.width || depth_height != depth_.height || width != colour_.width ||
+        height != colour_.height || pitch < width || pitch > 32767)
+        return Status::error(
+            Code::invalid_argument,
+            "registration: depth %dx%d, colour %dx%d in rows of %td, expected %dx%d and %dx%d in "
+            "rows of at most 32767",
+            depth_width, depth_height, width, height, pitch, depth_.width, depth_.height, colour_.width,
+            colour_.height);
+    return {};
+}
+
+Status Registration::depth_to_colour(View<const std::uint16_t> depth, View<std::uint16_t> out) {
+    BURIN_TRY(check(depth.width, depth.height, out.width, out.height, out.stride));
     by_.pitch = static_cast<int>(out.stride);
     for (int y = 0; y < out.height; ++y) std::fill_n(out.row(y), out.width, std::uint16_t{65535});
     for (int y = 0; y < depth.height; ++y) {
@@ -142,18 +156,22 @@ void Registration::depth_to_colour(View<const std::uint16_t> depth, View<std::ui
         simd::splat_row(footprints_, depth.width, by_.pitch, out.data);
     }
     for (int y = 0; y < out.height; ++y) simd::add_one(out.row(y), out.width);
+    return {};
 }
 
-void Registration::colour_to_depth(View<const std::uint8_t> rgb, View<const std::uint16_t> depth,
-                                   View<const std::uint16_t> registered, View<std::uint8_t> out,
-                                   View<std::uint8_t> mask) {
+Status Registration::colour_to_depth(View<const std::uint8_t> rgb, View<const std::uint16_t> depth,
+                                     View<const std::uint16_t> registered, View<std::uint8_t> out,
+                                     View<std::uint8_t> mask) {
+    BURIN_TRY(check(depth.width, depth.height, registered.width, registered.height, registered.stride));
+    BURIN_TRY(check(out.width, out.height, rgb.width, rgb.height, registered.stride));
+    BURIN_TRY(check(mask.width, mask.height, rgb.width, rgb.height, registered.stride));
     by_.pitch = static_cast<int>(registered.stride);
     const simd::ColourSource from = {rgb.data, rgb.stride, registered.data, by_.pitch, slack_};
     for (int y = 0; y < depth.height; ++y) {
-        simd::cells_row(depth.row(y), depth.width, y, ray(0, y), ray(1, y), by_, footprints_.cell,
-                        footprints_.less_one);
-        simd::colours_row(footprints_.cell, footprints_.less_one, depth.width, from, out.row(y), mask.row(y));
+        simd::cells_row(depth.row(y), depth.width, y, ray(0, y), ray(1, y), by_, footprints_.cell, there_);
+        simd::colours_row(footprints_.cell, there_, depth.width, from, out.row(y), mask.row(y));
     }
+    return {};
 }
 
 }  // namespace burin

@@ -3,8 +3,6 @@
 #include "simd/reproject.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 
 namespace burin::simd {
 namespace {
@@ -20,7 +18,7 @@ inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, 
     const float U = (h[0] * x + (h[1] * y + h[2])) * z + by.t[0];
     const float V = (h[3] * x + (h[4] * y + h[5])) * z + by.t[1];
     const float Z = (h[6] * x + (h[7] * y + h[8])) * z + by.t[2];
-    if (depth == 0 || depth == 65535 || !(Z >= by.nearest && Z + 0.5f < 65535.0f)) return false;
+    if (depth == 0 || depth == 65535 || !(Z >= by.nearest && Z < 65534.5f)) return false;
     const float i = 1.0f / Z;
     float u = U * i, v = V * i, e = z * i;
     if (by.distorted) {
@@ -28,7 +26,7 @@ inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, 
         if (!(r2 <= by.most_r2)) return false;
         const float radial = 1.0f + r2 * (by.k1 + r2 * (by.k2 + r2 * by.k3));
         const float slope = 1.0f + r2 * (3.0f * by.k1 + r2 * (5.0f * by.k2 + r2 * (7.0f * by.k3)));
-        e = e * std::max(radial, slope);
+        e = e * std::max(std::max(radial, slope), 0.0f);
         const float du = u * radial + (by.p1 * two_xy + by.p2 * (r2 + 2.0f * xx));
         const float dv = v * radial + (by.p1 * (r2 + 2.0f * yy) + by.p2 * two_xy);
         u = by.fx * du + by.cx;
@@ -38,8 +36,17 @@ inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, 
     return true;
 }
 
-inline int cells(float edge, int count) {
-    return static_cast<int>(std::ceil(std::min(std::max(edge, 0.0f), static_cast<float>(count))));
+struct Span {
+    int first, count;
+};
+// The cells of 0..size-1 whose centres lie in [centre - half, centre + half).
+inline Span span_of(float centre, float half, int size) {
+    const int away = size + 32;
+    const float k = static_cast<float>(away);
+    const float c = std::min(std::max(centre - k, -k - 16.0f), -16.0f);  // 16: more than any half
+    const auto limited = [&](float edge) { return std::clamp(static_cast<int>(edge), -away, size - away); };
+    const int first = limited(c - half);
+    return {first + away, limited(c + half) - first};
 }
 
 }  // namespace
@@ -51,20 +58,17 @@ void footprints_row(const std::uint16_t* depth, int width, int y, const float* r
     const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
     for (int i = 0; i < padded; ++i) {
         out.cell[i] = 0;
-        out.less_one[i] = 65535;
-        out.size[i] = 0x101;
+        out.what[i] = kNowhere;
         Landed at;
         if (i >= width || !land(depth[i], ray_x ? ray_x[i] : static_cast<float>(i),
                                 ray_y ? ray_y[i] : static_cast<float>(y), by, &at))
             continue;
-        const float half_u = by.half_u * at.extent, half_v = by.half_v * at.extent;
-        const int left = cells(at.u - half_u, by.width), right = cells(at.u + half_u, by.width);
-        const int top = cells(at.v - half_v, by.height), bottom = cells(at.v + half_v, by.height);
-        if (left >= right || top >= bottom) continue;
-        out.cell[i] = top * by.pitch + left;
-        out.less_one[i] = static_cast<std::uint16_t>(static_cast<int>(at.z + 0.5f) - 1);
-        out.size[i] = static_cast<std::uint16_t>(std::min(right - left, kMostCells) |
-                                                 std::min(bottom - top, kMostCells) << 8);
+        const Span columns = span_of(at.u, std::min(by.half_u * at.extent, kMostHalf), by.width);
+        const Span rows = span_of(at.v, std::min(by.half_v * at.extent, kMostHalf), by.height);
+        if (columns.count <= 0 || rows.count <= 0) continue;
+        out.cell[i] = rows.first * by.pitch + columns.first;
+        out.what[i] = static_cast<std::uint32_t>(at.z - 0.5f) << 16 |
+                      static_cast<std::uint32_t>(rows.count << 8 | columns.count);
     }
 }
 
@@ -82,7 +86,7 @@ void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x,
         if (!(u >= 0 && v >= 0 && u < static_cast<float>(by.width) && v < static_cast<float>(by.height)))
             continue;
         cell[i] = static_cast<int>(v) * by.pitch + static_cast<int>(u);
-        depth_there[i] = static_cast<std::uint16_t>(at.z + 0.5f);
+        depth_there[i] = static_cast<std::uint16_t>(static_cast<int>(at.z - 0.5f) + 1);
     }
 }
 
@@ -95,24 +99,25 @@ void add_one(std::uint16_t* values, int count) {
 void splat_row(const Footprints& row, int width, int pitch, std::uint16_t* target) {
     constexpr int kGroup = 4;
     const std::int32_t* cell = row.cell;
-    const std::uint16_t* less_one = row.less_one;
+    const std::uint32_t* what = row.what;
     const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
     for (int i = 0; i < padded; i += kGroup) {
-        std::uint64_t sizes;
-        std::memcpy(&sizes, row.size + i, sizeof sizes);
-        if (sizes ==
-            0x0101010101010101u) {  // four single cells: nearly always, where both views have one size
+        // Single cells all four: nearly always, where both views have one size.
+        const std::uint32_t more =
+            (what[i] ^ 0x101) | (what[i + 1] ^ 0x101) | (what[i + 2] ^ 0x101) | (what[i + 3] ^ 0x101);
+        if ((more & 0xffff) == 0) {
             for (int k = i; k < i + kGroup; ++k) {
                 const std::uint16_t before = target[cell[k]];
-                target[cell[k]] = std::min(before, less_one[k]);
+                target[cell[k]] = std::min(before, static_cast<std::uint16_t>(what[k] >> 16));
             }
             continue;
         }
         for (int k = i; k < i + kGroup; ++k) {
-            const int columns = row.size[k] & 255, rows = row.size[k] >> 8;
+            const int columns = what[k] & 255, rows = what[k] >> 8 & 255;
+            const auto less_one = static_cast<std::uint16_t>(what[k] >> 16);
             std::uint16_t* at = target + cell[k];
             for (int v = 0; v < rows; ++v, at += pitch)
-                for (int u = 0; u < columns; ++u) at[u] = std::min(at[u], less_one[k]);
+                for (int u = 0; u < columns; ++u) at[u] = std::min(at[u], less_one);
         }
     }
 }

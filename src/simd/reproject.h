@@ -11,12 +11,12 @@ namespace burin::simd {
 // From a depth camera to a target camera. Lengths are in units of the depth image's readings.
 struct Reprojection {
     int width = 0, height = 0;  // of the target image, 1..16384
-    int pitch = 0;              // its cells from one row to the next; height * pitch < 2^31
+    int pitch = 0;              // its cells from one row to the next, at most 32767
     // Row-major, K R inverse(K_depth): the undistorted pixel (x, y, 1) of the depth camera at depth 1 to (fx
     // X
     // + cx Z, fy Y + cy Z, Z) of the target, or to (X, Y, Z) when the target is distorted. And K t, or t.
     float h[9] = {}, t[3] = {};
-    // Half of what a depth pixel covers in the target at the same depth in both, pixels.
+    // Half of what a depth pixel covers in the target at the same depth in both, pixels; >= 0.
     float half_u = 0.5f, half_v = 0.5f;
     float nearest = 1;  // depth in the target; what is nearer is left out; 1..65535
     // Brown's distortion of the target, on normalised coordinates with x^2 + y^2 <= most_r2: beyond what the
@@ -25,24 +25,29 @@ struct Reprojection {
     float fx = 1, fy = 1, cx = 0, cy = 0, k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0, most_r2 = 0;
 };
 
-// Where the pixels of one row of depth land: cells of the target, y * pitch + x, as many as the row has
-// pixels rounded up to kFootprintBatch. A pixel that lands nowhere: cell 0, less_one 65535, size 1 x 1.
+// Where the pixels of one row of depth land: as many as the row has pixels, rounded up to kFootprintBatch.
+// The cell is that of the target, y * pitch + x, in the upper left. What lands there: columns, rows times
+// 256, and 65536 times the depth in the target minus 1, so that no depth, 0, becomes the largest. A pixel
+// that lands nowhere has cell 0 and kNowhere.
 inline constexpr int kFootprintBatch = 16;
+inline constexpr std::uint32_t kNowhere = 0xffff0101u;
 struct Footprints {
-    std::int32_t* cell;       // the upper left one
-    std::uint16_t* less_one;  // depth in the target minus 1: no depth, 0, becomes the largest
-    std::uint16_t* size;      // columns, and rows times 256; at most kMostCells each
+    std::int32_t* cell;
+    std::uint32_t* what;
 };
-inline constexpr int kMostCells = 16;  // a depth pixel of 320 x 240 in a colour image of 4K
+// Half of what a pixel covers at most, cells: one of 320 x 240 in a colour image of 4K, and never 256 of
+// them.
+inline constexpr float kMostHalf = 7.9f;
 
 // Pixels of depth row y: 0 and 65535 are no depth. x and y of the undistorted pixel are the column and `y`,
 // or with a table ray_x[column], ray_y[column]. With z the depth and (a, b, c) = h (x, y, 1), summed as h0 x
 // + (h1 y + h2):
 //   (U, V, Z) = (a z + t0, b z + t1, c z + t2), i = 1 / Z, u = U i, v = V i, e = z i
-// With distortion, r2 = u^2 + v^2, e is multiplied by the larger of the polynomial and its radial derivative,
-// and u and v are distorted and multiplied by the focal lengths. The target cells whose centres lie in
-// [u - e half_u, u + e half_u), likewise v, are covered. Lands nowhere: Z < nearest, Z + 1/2 >= 65535, none
-// covered. Depth there: floor(Z + 1/2).
+// With distortion, r2 = u^2 + v^2, e is multiplied by the largest of the polynomial, its radial derivative
+// and 0, and u and v are distorted and multiplied by the focal lengths. With a = min(e half_u, kMostHalf),
+// the target cells whose centres lie in [u - a, u + a) are covered, likewise v: centres are compared as u -
+// (width + 32), which is negative, so that conversion to an integer rounds up. Lands nowhere: Z < nearest, Z
+// >= 65534.5, none covered. Depth there: floor(Z - 1/2) + 1.
 void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
                     const Reprojection& by, const Footprints& out);
 
@@ -51,7 +56,7 @@ void footprints_row(const std::uint16_t* depth, int width, int y, const float* r
 void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
                const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there);
 
-// The z-buffer: target[c] = min(target[c], less_one of each footprint that covers c). The result does not
+// The z-buffer: target[c] = min(target[c], depth - 1 of each footprint that covers c). The result does not
 // depend on the order of rows. No vectors in it.
 void splat_row(const Footprints& row, int width, int pitch, std::uint16_t* target);
 

@@ -52,10 +52,8 @@ HWY_INLINE void Land(VI depth, VF x, VF y, const Reprojection& by, VF* u_out, VF
     const auto V = hn::Add(hn::Mul(sum(1), z), hn::Set(df, by.t[1]));
     const auto Z = hn::Add(hn::Mul(sum(2), z), hn::Set(df, by.t[2]));
     const auto none = hn::Or(hn::Eq(depth, hn::Zero(di)), hn::Eq(depth, hn::Set(di, 65535)));
-    const auto half = hn::Set(df, 0.5f);
-    auto valid = hn::AndNot(
-        hn::RebindMask(df, none),
-        hn::And(hn::Ge(Z, hn::Set(df, by.nearest)), hn::Lt(hn::Add(Z, half), hn::Set(df, 65535.0f))));
+    auto valid = hn::AndNot(hn::RebindMask(df, none),
+                            hn::And(hn::Ge(Z, hn::Set(df, by.nearest)), hn::Lt(Z, hn::Set(df, 65534.5f))));
     const auto i = hn::Div(hn::Set(df, 1.0f), Z);
     auto u = hn::Mul(U, i), v = hn::Mul(V, i), e = hn::Mul(z, i);
     if constexpr (kDistorted) {
@@ -70,7 +68,7 @@ HWY_INLINE void Land(VI depth, VF x, VF y, const Reprojection& by, VF* u_out, VF
         };
         const auto radial = polynomial(by.k1, by.k2, by.k3);
         const auto slope = polynomial(3.0f * by.k1, 5.0f * by.k2, 7.0f * by.k3);
-        e = hn::Mul(e, hn::Max(radial, slope));
+        e = hn::Mul(e, hn::Max(hn::Max(radial, slope), hn::Zero(df)));
         const auto p1 = hn::Set(df, by.p1), p2 = hn::Set(df, by.p2);
         const auto du = hn::Add(hn::Mul(u, radial),
                                 hn::Add(hn::Mul(p1, two_xy), hn::Mul(p2, hn::Add(r2, hn::Mul(two, xx)))));
@@ -79,17 +77,33 @@ HWY_INLINE void Land(VI depth, VF x, VF y, const Reprojection& by, VF* u_out, VF
         u = hn::Add(hn::Mul(hn::Set(df, by.fx), du), hn::Set(df, by.cx));
         v = hn::Add(hn::Mul(hn::Set(df, by.fy), dv), hn::Set(df, by.cy));
     }
-    // What is not valid may be anything: 0 from here on.
-    *u_out = hn::IfThenElseZero(valid, u);
-    *v_out = hn::IfThenElseZero(valid, v);
-    *extent = hn::IfThenElseZero(valid, e);
-    *Z_out = hn::IfThenElseZero(valid, Z);
+    *u_out = u;
+    *v_out = v;
+    *extent = e;
+    *Z_out = Z;
     *valid_out = valid;
 }
 
-HWY_INLINE VI Cells(VF edge, VF count) {
-    const DF df;
-    return TruncateInRange(hn::Ceil(hn::Min(hn::Max(edge, hn::Zero(df)), count)));
+using D16x = hn::Repartition<std::int16_t, DF>;
+
+// Two of 16 bits in each lane of 32: u low, v high.
+HWY_INLINE hn::Vec<D16x> Pairs(VI u, VI v) {
+    const D16x d;
+    return hn::OddEven(hn::BitCast(d, hn::ShiftLeft<16>(v)), hn::BitCast(d, u));
+}
+
+// u + v * pitch of such pairs, plus a constant.
+HWY_INLINE VI CellOf(hn::Vec<D16x> pairs, VI pitch_and_one, int pitch, VI constant) {
+    const DI di;
+#if BURIN_HAVE_PACK
+    static_cast<void>(pitch);
+    return hn::Add(MultiplyAddPairs(pairs, hn::BitCast(D16x(), pitch_and_one)), constant);
+#else
+    static_cast<void>(pitch_and_one);
+    const auto both = hn::BitCast(di, pairs);
+    const auto u = hn::ShiftRight<16>(hn::ShiftLeft<16>(both)), v = hn::ShiftRight<16>(both);
+    return hn::Add(hn::Add(hn::Mul(v, hn::Set(di, pitch)), u), constant);
+#endif
 }
 
 // Rays of a vector of pixels, and depth: whole vectors of the row, or copies of its end.
@@ -113,49 +127,69 @@ HWY_INLINE void LandAt(const RowView& row, int i, VF column, VF line, const Repr
 }
 
 template <bool kRays, bool kDistorted>
-void FootprintsOf(const RowView& row, int first, int count, int y, const Reprojection& by,
+void FootprintsOf(const RowView& row, int first, int count, int y, const Reprojection& reprojection,
                   const Footprints& out) {
     const DF df;
     const DI di;
-    const DU16 du16;
+    const D16x d16;
+    const Reprojection by = reprojection;  // which the stores below cannot change
     const int lanes = static_cast<int>(hn::Lanes(df));
+    // Made once: Iota is lanes written one by one.
+    const auto numbers = hn::ConvertTo(df, hn::Iota(di, 0));
     const auto half_u = hn::Set(df, by.half_u), half_v = hn::Set(df, by.half_v),
-               width = hn::Set(df, static_cast<float>(by.width)),
-               height = hn::Set(df, static_cast<float>(by.height)), line = hn::Set(df, static_cast<float>(y));
-    const auto pitch = hn::Set(di, by.pitch), most = hn::Set(di, kMostCells), one = hn::Set(di, 0x101),
-               nowhere = hn::Set(di, 65535);
+               most_half = hn::Set(df, kMostHalf), line = hn::Set(df, static_cast<float>(y));
+    // span_of() of reproject.cpp, for u and v in one vector from where they are integers.
+    const int away_u = by.width + 32, away_v = by.height + 32;
+    const auto k_u = hn::Set(df, static_cast<float>(away_u)), k_v = hn::Set(df, static_cast<float>(away_v)),
+               most = hn::Set(df, -16.0f), least_u = hn::Set(df, -static_cast<float>(away_u) - 16.0f),
+               least_v = hn::Set(df, -static_cast<float>(away_v) - 16.0f);
+    const auto pair = [](int low, int high) {
+        return static_cast<std::int32_t>(static_cast<std::uint32_t>(low & 0xffff) |
+                                         static_cast<std::uint32_t>(high) << 16);
+    };
+    const auto border_low = hn::BitCast(d16, hn::Set(di, pair(-away_u, -away_v))),
+               border_high = hn::BitCast(d16, hn::Set(di, pair(-32, -32)));
+    const auto pitch_and_one = hn::Set(di, pair(1, by.pitch)),
+               origin = hn::Set(di, away_v * by.pitch + away_u);
+    const auto ones = hn::Set(di, 0x00010001), signs = hn::Set(di, static_cast<std::int32_t>(0x80008000u)),
+               nowhere = hn::Set(di, static_cast<std::int32_t>(kNowhere));
     for (int i = 0; i < count; i += lanes) {
-        const auto column = hn::ConvertTo(df, hn::Iota(di, first + i));
+        const auto column = hn::Add(numbers, hn::Set(df, static_cast<float>(first + i)));  // exact
         VF u, v, e, Z;
         MF valid;
         LandAt<kRays, kDistorted>(row, i, column, line, by, &u, &v, &e, &Z, &valid);
-        const auto hu = hn::Mul(half_u, e), hv = hn::Mul(half_v, e);
-        const auto left = Cells(hn::Sub(u, hu), width), right = Cells(hn::Add(u, hu), width);
-        const auto top = Cells(hn::Sub(v, hv), height), bottom = Cells(hn::Add(v, hv), height);
-        const auto columns = hn::Min(hn::Sub(right, left), most), rows = hn::Min(hn::Sub(bottom, top), most);
-        const auto lands = hn::And(hn::RebindMask(di, valid),
-                                   hn::And(hn::Gt(columns, hn::Zero(di)), hn::Gt(rows, hn::Zero(di))));
-        const auto cell = hn::Add(hn::Mul(top, pitch), left);
-        const auto less_one = hn::Sub(TruncateInRange(hn::Add(Z, hn::Set(df, 0.5f))), hn::Set(di, 1));
-        const auto size = hn::Or(columns, hn::ShiftLeft<8>(rows));
+        const auto hu = hn::Min(hn::Mul(half_u, e), most_half), hv = hn::Min(hn::Mul(half_v, e), most_half);
+        const auto cu = hn::Min(hn::Max(hn::Sub(u, k_u), least_u), most),
+                   cv = hn::Min(hn::Max(hn::Sub(v, k_v), least_v), most);
+        auto low = Pairs(TruncateInRange(hn::Sub(cu, hu)), TruncateInRange(hn::Sub(cv, hv)));
+        auto high = Pairs(TruncateInRange(hn::Add(cu, hu)), TruncateInRange(hn::Add(cv, hv)));
+        low = hn::Min(hn::Max(low, border_low), border_high);
+        high = hn::Min(hn::Max(high, border_low), border_high);
+        const auto size = hn::BitCast(di, hn::Sub(high, low));  // neither is negative; with none, 1 less is
+        const auto covers = hn::Eq(hn::And(hn::Sub(size, ones), signs), hn::Zero(di));
+        const auto lands = hn::And(hn::RebindMask(di, valid), covers);
+        const auto less_one = TruncateInRange(hn::Sub(Z, hn::Set(df, 0.5f)));
+        const auto what = hn::BitCast(di, Pairs(hn::Or(size, hn::ShiftRight<8>(size)), less_one));
+        const auto cell = CellOf(low, pitch_and_one, by.pitch, origin);
         hn::StoreU(hn::IfThenElseZero(lands, cell), di, out.cell + i);
-        hn::StoreU(hn::DemoteTo(du16, hn::IfThenElse(lands, less_one, nowhere)), du16, out.less_one + i);
-        hn::StoreU(hn::DemoteTo(du16, hn::IfThenElse(lands, size, one)), du16, out.size + i);
+        hn::StoreU(hn::IfThenElse(lands, what, nowhere), di, reinterpret_cast<std::int32_t*>(out.what + i));
     }
 }
 
 template <bool kRays, bool kDistorted>
-void CellsOf(const RowView& row, int first, int count, int y, const Reprojection& by, std::int32_t* cell_out,
-             std::uint16_t* depth_there) {
+void CellsOf(const RowView& row, int first, int count, int y, const Reprojection& reprojection,
+             std::int32_t* cell_out, std::uint16_t* depth_there) {
     const DF df;
     const DI di;
     const DU16 du16;
+    const Reprojection by = reprojection;
     const int lanes = static_cast<int>(hn::Lanes(df));
+    const auto numbers = hn::ConvertTo(df, hn::Iota(di, 0));
     const auto half = hn::Set(df, 0.5f), zero = hn::Zero(df),
                width = hn::Set(df, static_cast<float>(by.width)),
                height = hn::Set(df, static_cast<float>(by.height)), line = hn::Set(df, static_cast<float>(y));
     for (int i = 0; i < count; i += lanes) {
-        const auto column = hn::ConvertTo(df, hn::Iota(di, first + i));
+        const auto column = hn::Add(numbers, hn::Set(df, static_cast<float>(first + i)));  // exact
         VF u, v, e, Z;
         MF valid;
         LandAt<kRays, kDistorted>(row, i, column, line, by, &u, &v, &e, &Z, &valid);
@@ -168,8 +202,9 @@ void CellsOf(const RowView& row, int first, int count, int y, const Reprojection
                     TruncateInRange(hn::IfThenElseZero(valid, u)));
         const auto lands = hn::RebindMask(di, valid);
         hn::StoreU(hn::IfThenElse(lands, cell, hn::Set(di, -1)), di, cell_out + i);
-        hn::StoreU(hn::DemoteTo(du16, hn::IfThenElseZero(lands, TruncateInRange(hn::Add(Z, half)))), du16,
-                   depth_there + i);
+        hn::StoreU(hn::DemoteTo(du16, hn::IfThenElseZero(
+                                          lands, hn::Add(TruncateInRange(hn::Sub(Z, half)), hn::Set(di, 1)))),
+                   du16, depth_there + i);
     }
 }
 
@@ -191,7 +226,7 @@ HWY_INLINE void EachBatch(const std::uint16_t* depth, int width, const float* ra
 void FootprintsRow(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
                    const Reprojection& by, const Footprints& out) {
     EachBatch(depth, width, ray_x, ray_y, [&](const RowView& row, int first, int count) {
-        const Footprints to = {out.cell + first, out.less_one + first, out.size + first};
+        const Footprints to = {out.cell + first, out.what + first};
         if (ray_x)
             by.distorted ? FootprintsOf<true, true>(row, first, count, y, by, to)
                          : FootprintsOf<true, false>(row, first, count, y, by, to);

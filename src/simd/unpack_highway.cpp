@@ -33,11 +33,11 @@ int UnpackTable(Packing p, const std::uint8_t* in, std::size_t bytes, int count,
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Whole blocks of 128 bits, at most four.
+// Whole blocks of 128 bits, at most two: four loads for one vector cost more than they save.
 #if HWY_HAVE_SCALABLE
 using DB = hn::CappedTag<std::uint8_t, 16>;
 #else
-using DB = hn::CappedTag<std::uint8_t, 64>;
+using DB = hn::CappedTag<std::uint8_t, 32>;
 #endif
 using DW = hn::Repartition<std::uint16_t, DB>;
 using DBlock = hn::Full128<std::uint8_t>;
@@ -95,13 +95,7 @@ constexpr Recipe recipe_of(Packing p) {
 // Eight pixels a block from `in`, the blocks `step` bytes apart.
 HWY_INLINE hn::Vec<DB> LoadBlocks(const std::uint8_t* in, int step) {
     const DBlock block;
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(hn::LoadU(block, in).raw),
-                                                hn::LoadU(block, in + step).raw, 1);
-    const __m256i high = _mm256_inserti128_si256(_mm256_castsi128_si256(hn::LoadU(block, in + 2 * step).raw),
-                                                 hn::LoadU(block, in + 3 * step).raw, 1);
-    return hn::Vec<DB>{_mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1)};
-#elif HWY_TARGET == HWY_AVX2
+#if HWY_TARGET <= HWY_AVX2 && HWY_ARCH_X86
     return hn::Vec<DB>{_mm256_inserti128_si256(_mm256_castsi128_si256(hn::LoadU(block, in).raw),
                                                hn::LoadU(block, in + step).raw, 1)};
 #else

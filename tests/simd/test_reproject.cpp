@@ -43,6 +43,7 @@ Reprojection random_reprojection(Rng& rng, bool adversarial) {
         float* const numbers[] = {by.h, by.h + 4, by.h + 8, by.t, by.t + 2, &by.k1, &by.half_u, &by.most_r2};
         // The contract wants finite numbers of sensible size in h and t; large ones must stay harmless.
         *numbers[rng.below(8)] = rng.below(2) ? 1e9f : -1e9f;
+        by.half_u = std::fabs(by.half_u);
     }
     return by;
 }
@@ -71,15 +72,19 @@ struct Row {
 
 struct Landed {
     std::vector<std::int32_t> cell;
-    std::vector<std::uint16_t> less_one, size;
+    std::vector<std::uint32_t> what;
+    std::vector<std::uint16_t> depth;
     explicit Landed(int width) {
         const auto n =
             static_cast<std::size_t>((width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch);
         cell = tight<std::int32_t>(n, 77);
-        less_one = tight<std::uint16_t>(n, 77);
-        size = tight<std::uint16_t>(n, 77);
+        what = tight<std::uint32_t>(n, 77);
+        depth = tight<std::uint16_t>(n, 77);
     }
-    Footprints view() { return {cell.data(), less_one.data(), size.data()}; }
+    Footprints view() { return {cell.data(), what.data()}; }
+    int columns(std::size_t i) const { return static_cast<int>(what[i] & 255); }
+    int rows(std::size_t i) const { return static_cast<int>(what[i] >> 8 & 255); }
+    std::uint32_t less_one(std::size_t i) const { return what[i] >> 16; }
 };
 
 TEST_P(Reproject, FindsTheSpecificationsFootprints) {
@@ -95,21 +100,20 @@ TEST_P(Reproject, FindsTheSpecificationsFootprints) {
         footprints_row(row.depth.data(), width, row.line, x, y, by, got.view());
         scalar::footprints_row(row.depth.data(), width, row.line, x, y, by, expected.view());
         ASSERT_TRUE(same_bytes(got.cell, expected.cell)) << "round " << round;
-        ASSERT_TRUE(same_bytes(got.less_one, expected.less_one)) << "round " << round;
-        ASSERT_TRUE(same_bytes(got.size, expected.size)) << "round " << round;
+        ASSERT_TRUE(same_bytes(got.what, expected.what)) << "round " << round;
         for (std::size_t i = 0; i < got.cell.size(); ++i) {
-            const int columns = got.size[i] & 255, rows = got.size[i] >> 8;
-            ASSERT_TRUE(columns >= 1 && columns <= kMostCells && rows >= 1 && rows <= kMostCells);
+            const int columns = got.columns(i), rows = got.rows(i);
+            ASSERT_TRUE(columns >= 1 && columns <= 16 && rows >= 1 && rows <= 16);
             ASSERT_GE(got.cell[i], 0);
             ASSERT_LE(got.cell[i] % by.pitch + columns, by.width);
             ASSERT_LE(got.cell[i] / by.pitch + rows, by.height);
-            (got.less_one[i] == 65535 ? nowhere : landed) += 1;
+            (got.less_one(i) == 65535 ? nowhere : landed) += 1;
         }
-        cells_row(row.depth.data(), width, row.line, x, y, by, got.cell.data(), got.less_one.data());
+        cells_row(row.depth.data(), width, row.line, x, y, by, got.cell.data(), got.depth.data());
         scalar::cells_row(row.depth.data(), width, row.line, x, y, by, expected.cell.data(),
-                          expected.less_one.data());
+                          expected.depth.data());
         ASSERT_TRUE(same_bytes(got.cell, expected.cell)) << "round " << round;
-        ASSERT_TRUE(same_bytes(got.less_one, expected.less_one)) << "round " << round;
+        ASSERT_TRUE(same_bytes(got.depth, expected.depth)) << "round " << round;
     }
     EXPECT_GT(landed, 5000);
     EXPECT_GT(nowhere, 10000);
@@ -153,20 +157,19 @@ TEST(ReprojectSpecification, CoversTheCellsWhoseCentresLieInside) {
                         z +
                     static_cast<double>(by.t[a]);
             if (row.depth[k] == 0 || row.depth[k] == 65535 || q[2] < static_cast<double>(by.nearest)) {
-                EXPECT_EQ(got.less_one[k], 65535);
+                EXPECT_EQ(got.what[k], kNowhere);
                 continue;
             }
             const double u = q[0] / q[2], v = q[1] / q[2], half = static_cast<double>(by.half_u) * z / q[2];
-            if (half > kMostCells / 2) continue;
+            if (half > static_cast<double>(kMostHalf)) continue;
             for (int cy = 0; cy < by.height; ++cy)
                 for (int cx = 0; cx < by.width; ++cx) {
                     const double edge =
                         std::min(std::fabs(std::fabs(cx - u) - half), std::fabs(std::fabs(cy - v) - half));
                     const bool inside = cx >= u - half && cx < u + half && cy >= v - half && cy < v + half;
                     const int x = got.cell[k] % by.pitch, y = got.cell[k] / by.pitch;
-                    const bool claimed = got.less_one[k] != 65535 && cx >= x &&
-                                         cx < x + (got.size[k] & 255) && cy >= y &&
-                                         cy < y + (got.size[k] >> 8);
+                    const bool claimed = got.what[k] != kNowhere && cx >= x && cx < x + got.columns(k) &&
+                                         cy >= y && cy < y + got.rows(k);
                     if (edge < 1e-3) {
                         ++unsure;
                         continue;
@@ -199,12 +202,13 @@ TEST(ReprojectSpecification, SplatsTheNearest) {
             const int x = none ? 0 : rng.below(by.width - columns + 1),
                       y = none ? 0 : rng.below(kHeight - rows + 1);
             row.cell[i] = y * pitch + x;
-            row.size[i] = static_cast<std::uint16_t>(columns | rows << 8);
-            row.less_one[i] = static_cast<std::uint16_t>(none ? 65535 : rng.below(65535));
+            const int less_one = none ? 65535 : rng.below(65535);
+            row.what[i] =
+                static_cast<std::uint32_t>(less_one) << 16 | static_cast<std::uint32_t>(columns | rows << 8);
             for (int v = y; v < y + rows; ++v)
                 for (int u = x; u < x + columns; ++u) {
                     std::uint16_t& at = expected[static_cast<std::size_t>(v * pitch + u)];
-                    at = std::min(at, row.less_one[i]);
+                    at = std::min(at, static_cast<std::uint16_t>(less_one));
                 }
         }
         std::vector<std::uint16_t> got(expected.size(), 65535);
