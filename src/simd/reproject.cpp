@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+// The specification of the kernels of reproject.h.
+#include "simd/reproject.h"
+
+#include <algorithm>
+
+namespace burin::simd {
+namespace {
+
+struct Landed {
+    float u, v, extent, z;
+};
+
+// False: lands nowhere.
+inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, Landed* to) {
+    const float* h = by.h;
+    const float z = static_cast<float>(depth);
+    const float U = (h[0] * x + (h[1] * y + h[2])) * z + by.t[0];
+    const float V = (h[3] * x + (h[4] * y + h[5])) * z + by.t[1];
+    const float Z = (h[6] * x + (h[7] * y + h[8])) * z + by.t[2];
+    if (depth == 0 || depth == 65535 || !(Z >= by.nearest && Z < 65534.5f)) return false;
+    const float i = 1.0f / Z;
+    float u = U * i, v = V * i, e = z * i;
+    if (by.distorted) {
+        const float xx = u * u, yy = v * v, two_xy = 2.0f * (u * v), r2 = xx + yy;
+        if (!(r2 <= by.most_r2)) return false;
+        const float radial = 1.0f + r2 * (by.k1 + r2 * (by.k2 + r2 * by.k3));
+        const float slope = 1.0f + r2 * (3.0f * by.k1 + r2 * (5.0f * by.k2 + r2 * (7.0f * by.k3)));
+        e = e * std::max(std::max(radial, slope), 0.0f);
+        const float du = u * radial + (by.p1 * two_xy + by.p2 * (r2 + 2.0f * xx));
+        const float dv = v * radial + (by.p1 * (r2 + 2.0f * yy) + by.p2 * two_xy);
+        u = by.fx * du + by.cx;
+        v = by.fy * dv + by.cy;
+    }
+    *to = {u, v, e, Z};
+    return true;
+}
+
+struct Span {
+    int first, count;
+};
+// The cells of 0..size-1 whose centres lie in [centre - half, centre + half).
+inline Span span_of(float centre, float half, int size) {
+    const int away = size + 32;
+    const float k = static_cast<float>(away);
+    const float c = std::min(std::max(centre - k, -k - 16.0f), -16.0f);  // 16: more than any half
+    const auto limited = [&](float edge) { return std::clamp(static_cast<int>(edge), -away, size - away); };
+    const int first = limited(c - half);
+    return {first + away, limited(c + half) - first};
+}
+
+}  // namespace
+
+namespace scalar {
+
+void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
+                    const Reprojection& by, const Footprints& out) {
+    const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
+    for (int i = 0; i < padded; ++i) {
+        out.cell[i] = 0;
+        out.what[i] = kNowhere;
+        Landed at;
+        if (i >= width || !land(depth[i], ray_x ? ray_x[i] : static_cast<float>(i),
+                                ray_y ? ray_y[i] : static_cast<float>(y), by, &at))
+            continue;
+        const Span columns = span_of(at.u, std::min(by.half_u * at.extent, kMostHalf), by.width);
+        const Span rows = span_of(at.v, std::min(by.half_v * at.extent, kMostHalf), by.height);
+        if (columns.count <= 0 || rows.count <= 0) continue;
+        out.cell[i] = rows.first * by.pitch + columns.first;
+        out.what[i] = static_cast<std::uint32_t>(at.z - 0.5f) << 16 |
+                      static_cast<std::uint32_t>(rows.count << 8 | columns.count);
+    }
+}
+
+void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
+               const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
+    const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
+    for (int i = 0; i < padded; ++i) {
+        cell[i] = -1;
+        depth_there[i] = 0;
+        Landed at;
+        if (i >= width || !land(depth[i], ray_x ? ray_x[i] : static_cast<float>(i),
+                                ray_y ? ray_y[i] : static_cast<float>(y), by, &at))
+            continue;
+        const float u = at.u + 0.5f, v = at.v + 0.5f;
+        if (!(u >= 0 && v >= 0 && u < static_cast<float>(by.width) && v < static_cast<float>(by.height)))
+            continue;
+        cell[i] = static_cast<int>(v) * by.pitch + static_cast<int>(u);
+        depth_there[i] = static_cast<std::uint16_t>(static_cast<int>(at.z - 0.5f) + 1);
+    }
+}
+
+void add_one(std::uint16_t* values, int count) {
+    for (int i = 0; i < count; ++i) ++values[i];
+}
+
+}  // namespace scalar
+
+void splat_row(const Footprints& row, int width, int pitch, std::uint16_t* target) {
+    constexpr int kGroup = 4;
+    const std::int32_t* cell = row.cell;
+    const std::uint32_t* what = row.what;
+    const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
+    for (int i = 0; i < padded; i += kGroup) {
+        // Single cells all four: nearly always, where both views have one size.
+        const std::uint32_t more =
+            (what[i] ^ 0x101) | (what[i + 1] ^ 0x101) | (what[i + 2] ^ 0x101) | (what[i + 3] ^ 0x101);
+        if ((more & 0xffff) == 0) {
+            for (int k = i; k < i + kGroup; ++k) {
+                const std::uint16_t before = target[cell[k]];
+                target[cell[k]] = std::min(before, static_cast<std::uint16_t>(what[k] >> 16));
+            }
+            continue;
+        }
+        for (int k = i; k < i + kGroup; ++k) {
+            const int columns = what[k] & 255, rows = what[k] >> 8 & 255;
+            const auto less_one = static_cast<std::uint16_t>(what[k] >> 16);
+            std::uint16_t* at = target + cell[k];
+            for (int v = 0; v < rows; ++v, at += pitch)
+                for (int u = 0; u < columns; ++u) at[u] = std::min(at[u], less_one);
+        }
+    }
+}
+
+void colours_row(const std::int32_t* cell, const std::uint16_t* depth_there, int width,
+                 const ColourSource& from, std::uint8_t* rgb, std::uint8_t* mask) {
+    for (int i = 0; i < width; ++i, rgb += 3) {
+        const int c = cell[i] < 0 ? 0 : cell[i];
+        const int front = from.registered[c], there = depth_there[i];
+        const bool seen = cell[i] >= 0 && (front == 0 || there <= front + from.slack + there / 64);
+        const std::uint8_t keep = seen ? 255 : 0;
+        const int y = c / from.pitch;
+        const std::uint8_t* at = from.rgb + y * from.rgb_stride + 3 * (c - y * from.pitch);
+        rgb[0] = at[0] & keep;
+        rgb[1] = at[1] & keep;
+        rgb[2] = at[2] & keep;
+        mask[i] = keep;
+    }
+}
+
+#if defined(BURIN_SCALAR_ONLY)
+void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
+                    const Reprojection& by, const Footprints& out) {
+    scalar::footprints_row(depth, width, y, ray_x, ray_y, by, out);
+}
+void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
+               const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
+    scalar::cells_row(depth, width, y, ray_x, ray_y, by, cell, depth_there);
+}
+void add_one(std::uint16_t* values, int count) { scalar::add_one(values, count); }
+#endif
+
+}  // namespace burin::simd
