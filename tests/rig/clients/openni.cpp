@@ -15,7 +15,11 @@
 
 namespace {
 
-int fail(const char* what) { return std::printf("%s: %s\n", what, openni::OpenNI::getExtendedError()), 1; }
+int fail(const char* what) {
+    std::string text = openni::OpenNI::getExtendedError();
+    for (char& c : text) c = c == '\n' || c == '\t' ? ' ' : c;
+    return std::printf("%s: %s\n", what, text.c_str()), 1;
+}
 
 // Of millimetres: the frame is found by its first 64 pixels, then all are compared.
 std::size_t depth_mismatches(const openni::VideoFrameRef& frame, const std::vector<int>& mm) {

@@ -25,12 +25,12 @@ namespace {
 
 constexpr char kUsage[] =
     "rig_v4l NODE list                              formats and sizes\n"
-    "rig_v4l NODE grab FOURCC W H FRAMES [OPTION]   streams by mmap and compares each frame with the pattern\n"
+    "rig_v4l NODE grab FOURCC[-BE] W H FRAMES [OPTION]   streams by mmap and compares each frame with the pattern\n"
     "    --plain       no pattern in it: sizes and sequence only\n"
     "    --damaged N   at most N frames may be flagged, short or out of sequence\n"
     "    --until-gone  runs until the device goes, and expects ENODEV\n"
     "    --save FILE   keeps the last frame\n"
-    "rig_v4l NODE meta FOURCC FRAMES                metadata buffers: frame counter and time rise\n"
+    "rig_v4l NODE meta FOURCC FRAMES DEPTH_NODE     metadata buffers beside Z16 640x480: frame counter and time rise\n"
     "rig_v4l NODE set CONTROL VALUE                 a control by its name\n"
     "rig_v4l NODE xu SELECTOR [HEX...]              extension unit 3: reads it, or writes these bytes first and reads then\n";
 
@@ -127,17 +127,20 @@ int list(int fd, int type) {
 struct GrabOptions {
     std::string code, save;
     int width = 0, height = 0, frames = 0, damaged = 0;
-    bool plain = false, until_gone = false;
+    bool plain = false, until_gone = false, big_endian = false;
 };
 
 int grab(int fd, int type, const GrabOptions& o) {
     v4l2_format format{};
     format.type = static_cast<unsigned>(type);
+    const unsigned big_endian = o.big_endian ? 1u << 31 : 0;
     format.fmt.pix.width = static_cast<unsigned>(o.width);
     format.fmt.pix.height = static_cast<unsigned>(o.height);
     std::memcpy(&format.fmt.pix.pixelformat, o.code.c_str(), 4);
+    format.fmt.pix.pixelformat |= big_endian;
     format.fmt.pix.field = V4L2_FIELD_NONE;
     if (control(fd, VIDIOC_S_FMT, &format) != 0) return fail("S_FMT");
+    format.fmt.pix.pixelformat ^= big_endian;
     if (std::memcmp(&format.fmt.pix.pixelformat, o.code.c_str(), 4) != 0 || static_cast<int>(format.fmt.pix.width) != o.width ||
         static_cast<int>(format.fmt.pix.height) != o.height)
         return std::printf("the driver gives %.4s %ux%u\n", reinterpret_cast<const char*>(&format.fmt.pix.pixelformat), format.fmt.pix.width, format.fmt.pix.height), 1;
@@ -190,20 +193,28 @@ int grab(int fd, int type, const GrabOptions& o) {
     return wrong == 0 && whole == o.frames && flagged + shorts <= o.damaged && !o.until_gone ? 0 : 1;
 }
 
-int metadata(int fd, const std::string& code, int frames) {
-    const int type = V4L2_BUF_TYPE_META_CAPTURE;
+int metadata(int fd, const std::string& code, int frames, const char* depth_node) {
+    // The kernel takes no other metadata format once the depth node has buffers, and sends none before that node streams.
     v4l2_format format{};
-    format.type = type;
+    format.type = V4L2_BUF_TYPE_META_CAPTURE;
     if (control(fd, VIDIOC_G_FMT, &format) != 0) return fail("G_FMT");
     std::memcpy(&format.fmt.meta.dataformat, code.c_str(), 4);
     if (control(fd, VIDIOC_S_FMT, &format) != 0) return fail("S_FMT");
     if (std::memcmp(&format.fmt.meta.dataformat, code.c_str(), 4) != 0) return std::printf("the driver does not know metadata %s\n", code.c_str()), 1;
-    Streaming stream{fd, type, {}};
-    if (!stream.begin(4)) return 1;
+    const int depth_fd = open(depth_node, O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    v4l2_format pixels{};
+    pixels.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    pixels.fmt.pix.width = 640;
+    pixels.fmt.pix.height = 480;
+    pixels.fmt.pix.pixelformat = V4L2_PIX_FMT_Z16;
+    if (depth_fd < 0 || control(depth_fd, VIDIOC_S_FMT, &pixels) != 0) return fail(depth_node);
+    Streaming stream{fd, V4L2_BUF_TYPE_META_CAPTURE, {}}, depth{depth_fd, V4L2_BUF_TYPE_VIDEO_CAPTURE, {}};
+    if (!stream.begin(4) || !depth.begin(4)) return 1;
     std::uint32_t pts = 0, counter = 0;
-    int rising = 0, counted = 0;
+    int rising = 0, counted = 0, laser = -1;
     for (int i = 0; i < frames; ++i) {
         v4l2_buffer b;
+        if (depth.next(&b) != 1 || control(depth_fd, VIDIOC_QBUF, &b) != 0) return std::printf("no frame after %d\n", i), 1;
         if (stream.next(&b) != 1) return std::printf("no metadata after %d\n", i), 1;
         // Per payload: u64 time in ns, u16 frame number of the host, u8 length and u8 flags of the header, then the rest of it.
         const std::uint8_t* p = stream.buffers[b.index].data;
@@ -213,9 +224,10 @@ int metadata(int fd, const std::string& code, int frames) {
             if (i == 0 || now > pts) ++rising;
             pts = now;
         }
-        // D4XX: the block of capture timing begins 60 bytes after the standard header.
-        std::uint32_t id = 0, n = 0;
+        // D4XX: depth control follows the standard header, capture timing 60 bytes on.
         if (code == "D4XX" && b.bytesused >= 22u + 60 + 20) {
+            std::uint32_t id = 0, n = 0;
+            std::memcpy(&laser, p + 22 + 24, 4);
             std::memcpy(&id, p + 22 + 60, 4);
             std::memcpy(&n, p + 22 + 60 + 16, 4);
             if (id == 0x80000001u && (i == 0 || n > counter)) ++counted;
@@ -223,7 +235,7 @@ int metadata(int fd, const std::string& code, int frames) {
         }
         if (control(fd, VIDIOC_QBUF, &b) != 0) return fail("QBUF");
     }
-    std::printf("%d metadata buffers, %d with rising PTS, %d with rising frame counter\n", frames, rising, counted);
+    std::printf("%d metadata buffers, %d with rising PTS, %d with rising frame counter, laser power %d\n", frames, rising, counted, laser);
     return rising == frames && (code != "D4XX" || counted == frames) ? 0 : 1;
 }
 
@@ -273,7 +285,7 @@ int main(int argc, char** argv) {
     if (control(fd, VIDIOC_QUERYCAP, &capability) != 0) return fail("QUERYCAP");
     const int type = (capability.device_caps & V4L2_CAP_META_CAPTURE) != 0 ? V4L2_BUF_TYPE_META_CAPTURE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (verb == "list") return list(fd, type);
-    if (verb == "meta" && argc >= 5) return metadata(fd, argv[3], std::atoi(argv[4]));
+    if (verb == "meta" && argc >= 6) return metadata(fd, argv[3], std::atoi(argv[4]), argv[5]);
     if (verb == "set" && argc >= 5) return set_control(fd, argv[3], std::atoi(argv[4]));
     if (verb == "xu" && argc >= 4) {
         std::vector<std::uint8_t> bytes;
@@ -282,7 +294,9 @@ int main(int argc, char** argv) {
     }
     if (verb != "grab" || argc < 7) return std::fputs(kUsage, stderr), 2;
     GrabOptions o;
-    o.code = (std::string(argv[3]) + "    ").substr(0, 4);
+    const std::string code = argv[3];
+    o.code = (code + "    ").substr(0, 4);
+    o.big_endian = code.size() == 7 && code.substr(4) == "-BE";
     o.width = std::atoi(argv[4]), o.height = std::atoi(argv[5]), o.frames = std::atoi(argv[6]);
     for (int i = 7; i < argc; ++i) {
         const std::string a = argv[i];

@@ -131,6 +131,8 @@ class Ps1080 : public PsControl {
                 return 0;
             case 4: {  // fixed parameters from an offset in 32-bit words
                 std::vector<std::uint8_t> all(168, 0);
+                set32(&all[4 * 14], 1);  // depth sensor MT9M001, whose infrared images have 8 rows more
+                set32(&all[4 * 19], 2);  // image sensor MT9D131; 0 would say that there is none
                 constants_.write(&all[92]);
                 if (4 * a0 < all.size()) reply->assign(all.begin() + 4 * static_cast<int>(a0), all.end());
                 return 0;
@@ -206,7 +208,8 @@ class Ps1080 : public PsControl {
 
     void paint_image(std::uint32_t n, std::vector<std::uint8_t>& out) const {
         const bool infrared = parameters_[kStream0] == 3;
-        const auto [w, h] = size_of(parameters_[infrared ? kInfraredSize : kImageSize]);
+        const auto [w, rows] = size_of(parameters_[infrared ? kInfraredSize : kImageSize]);
+        const int h = infrared && rows < 1024 ? rows + 8 : rows;
         const unsigned format = parameters_[kImageFormat];
         const bool yuv = !infrared && format != 6 && format != 0, mirror = parameters_[infrared ? kInfraredMirror : kImageMirror] != 0;
         const Format f = infrared ? Format{Layout::packed, 10, w, h} : Format{Layout::u8, 8, yuv ? 2 * w : w, h};

@@ -24,6 +24,7 @@ void PsConstants::write(std::uint8_t* out) const {
 }
 
 int ps_depth_mm(const PsConstants& c, int shift) {
+    if (shift <= 0 || shift >= 2047) return 0;
     const double x = ((shift - 4 * c.shift) / 4.0 - 0.375) * static_cast<double>(c.pixel_size);
     const double z = 10 * (x * static_cast<double>(c.reference_distance) / (static_cast<double>(c.emitter_distance) - x) + static_cast<double>(c.reference_distance));
     const int mm = static_cast<int>(z);

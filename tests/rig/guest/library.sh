@@ -13,10 +13,11 @@ plug() {
     rm -f /tmp/fifo
     "$@" -F /tmp/fifo >/tmp/emulator.log 2>&1 &
     emulator_pid=$!
-    wait_for plugged
+    wait_for configured
 }
 
-plugged() { grep -q plugged /tmp/emulator.log; }
+# The host has given it a configuration: its interface is there.
+configured() { ls -d /sys/bus/usb/devices/[0-9]-[0-9]:1.0 >/dev/null 2>&1; }
 
 unplug() {
     [ -n "$emulator_pid" ] || return 0

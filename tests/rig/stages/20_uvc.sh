@@ -14,10 +14,8 @@ check uvc.bulk.praa rig_v4l $I grab pRAA 320 240 5
 check uvc.bulk.yuyv rig_v4l $C grab YUYV 640 480 5
 check uvc.bulk.uyvy rig_v4l $C grab UYVY 320 240 5
 check uvc.bulk.mjpg rig_v4l $C grab MJPG 640 480 5
-rig_v4l $D grab 'Z16 ' 320 240 1000 >/dev/null 2>&1 &
-check uvc.bulk.d4xx rig_v4l $M meta D4XX 10
-check uvc.bulk.uvch rig_v4l $M meta UVCH 10
-kill $!
+check uvc.bulk.d4xx rig_v4l $M meta D4XX 10 $D
+check uvc.bulk.uvch rig_v4l $M meta UVCH 10 $D
 check uvc.xu.laser rig_v4l $D xu 4 78 00
 check uvc.xu.table rig_v4l $D xu 1 14 00 ab cd 15 00 00 00 19 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00
 plug rig_uvc_camera --iso
