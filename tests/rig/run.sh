@@ -36,7 +36,7 @@ guest() {
         amd64) preset=release sysroot='' triple=x86_64-linux-gnu ;;
         arm64) preset=aarch64 sysroot=$PWD/build/sysroot/aarch64 triple=aarch64-linux-gnu ;;
     esac
-    for program in build/"$preset"/tests/rig/rig_*; do [[ -f $program && -x $program ]] && files+=("$program"); done
+    for program in build/"$preset"/tests/rig/rig_* build/"$preset"/src/cli/burin; do [[ -f $program && -x $program ]] && files+=("$program"); done
     for program in "${stages[@]}"; do files+=("$program:/stages/$(basename "$program")"); done
     files+=("$sysroot/usr/lib/$triple/OpenNI2/Drivers/libPS1080.so.0:/lib/OpenNI2/Drivers/libPS1080.so.0")
     "$here/initramfs.sh" "$architecture" "build/rig/$architecture" "$sysroot" "build/rig/$architecture.cpio.gz" "${files[@]}" &&

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// rig_freenect: libfreenect as a judge of the emulated Kinect.   rig_freenect FRAMES depth11|depth10|bayer|uyvy|ir|both|motor
+// rig_freenect: libfreenect as a judge of the emulated Kinect.   rig_freenect FRAMES
+// depth11|depth10|bayer|uyvy|ir|both|motor
 #include <libfreenect.h>
 
 #include <cstdio>
@@ -18,7 +19,8 @@ struct Count {
     long wrong = 0;
     void take(const void* data) {
         std::uint32_t n = 0;
-        wrong += static_cast<long>(rig::pattern_mismatches(format, static_cast<const std::uint8_t*>(data), &n));
+        wrong +=
+            static_cast<long>(rig::pattern_mismatches(format, static_cast<const std::uint8_t*>(data), &n));
         ++frames;
     }
 } depth, video;
@@ -28,8 +30,11 @@ int motor(freenect_device* device) {
     freenect_update_tilt_state(device);
     freenect_raw_tilt_state* state = freenect_get_tilt_state(device);
     freenect_get_mks_accel(state, &x, &y, &z);
-    std::printf("raw acceleration %d %d %d, %.2f %.2f %.2f m/s2\n", state->accelerometer_x, state->accelerometer_y, state->accelerometer_z, x, y, z);
-    return state->accelerometer_x == 41 && state->accelerometer_y == 812 && state->accelerometer_z == -123 ? 0 : 1;
+    std::printf("raw acceleration %d %d %d, %.2f %.2f %.2f m/s2\n", state->accelerometer_x,
+                state->accelerometer_y, state->accelerometer_z, x, y, z);
+    return state->accelerometer_x == 41 && state->accelerometer_y == 812 && state->accelerometer_z == -123
+               ? 0
+               : 1;
 }
 
 }  // namespace
@@ -42,11 +47,14 @@ int main(int argc, char** argv) {
     freenect_context* context = nullptr;
     freenect_device* device = nullptr;
     if (freenect_init(&context, nullptr) != 0) return std::puts("freenect_init failed"), 1;
-    freenect_set_log_level(context, std::getenv("RIG_VERBOSE") != nullptr ? FREENECT_LOG_SPEW : FREENECT_LOG_ERROR);
+    freenect_set_log_level(context,
+                           std::getenv("RIG_VERBOSE") != nullptr ? FREENECT_LOG_SPEW : FREENECT_LOG_ERROR);
     freenect_select_subdevices(context, what == "motor" ? FREENECT_DEVICE_MOTOR : FREENECT_DEVICE_CAMERA);
-    if (freenect_open_device(context, &device, 0) != 0) return std::puts("libfreenect cannot open the device"), 1;
+    if (freenect_open_device(context, &device, 0) != 0)
+        return std::puts("libfreenect cannot open the device"), 1;
     if (what == "motor") return motor(device);
-    const bool with_depth = what.compare(0, 5, "depth") == 0 || what == "both", with_video = !with_depth || what == "both";
+    const bool with_depth = what.compare(0, 5, "depth") == 0 || what == "both",
+               with_video = !with_depth || what == "both";
     const bool ten = what == "depth10";
     // libfreenect unpacks 11 and 10 bits to 16; infrared frames have 488 rows.
     depth.format = {Layout::u16, ten ? 10 : 11, 640, 480};
@@ -54,21 +62,28 @@ int main(int argc, char** argv) {
     video.format = {Layout::u8, 8, 640, 480};
     if (what == "uyvy") video_format = FREENECT_VIDEO_YUV_RAW, video.format.columns = 1280;
     if (what == "ir") video_format = FREENECT_VIDEO_IR_10BIT, video.format = {Layout::u16, 10, 640, 488};
-    if (freenect_set_depth_mode(device, freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM, ten ? FREENECT_DEPTH_10BIT : FREENECT_DEPTH_11BIT)) != 0 ||
-        freenect_set_video_mode(device, freenect_find_video_mode(FREENECT_RESOLUTION_MEDIUM, video_format)) != 0)
+    if (freenect_set_depth_mode(
+            device, freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM,
+                                             ten ? FREENECT_DEPTH_10BIT : FREENECT_DEPTH_11BIT)) != 0 ||
+        freenect_set_video_mode(device, freenect_find_video_mode(FREENECT_RESOLUTION_MEDIUM, video_format)) !=
+            0)
         return std::puts("libfreenect refuses the mode"), 1;
     freenect_set_depth_callback(device, [](freenect_device*, void* p, std::uint32_t) { depth.take(p); });
     freenect_set_video_callback(device, [](freenect_device*, void* p, std::uint32_t) { video.take(p); });
-    if (with_depth && freenect_start_depth(device) != 0) return std::puts("libfreenect cannot start depth"), 1;
-    if (with_video && freenect_start_video(device) != 0) return std::puts("libfreenect cannot start video"), 1;
+    if (with_depth && freenect_start_depth(device) != 0)
+        return std::puts("libfreenect cannot start depth"), 1;
+    if (with_video && freenect_start_video(device) != 0)
+        return std::puts("libfreenect cannot start video"), 1;
     const std::time_t until = std::time(nullptr) + 30;
-    while (((with_depth && depth.frames < want) || (with_video && video.frames < want)) && std::time(nullptr) < until)
+    while (((with_depth && depth.frames < want) || (with_video && video.frames < want)) &&
+           std::time(nullptr) < until)
         if (freenect_process_events(context) < 0) break;
     if (with_depth) freenect_stop_depth(device);
     if (with_video) freenect_stop_video(device);
     freenect_close_device(device);
     freenect_shutdown(context);
-    std::printf("%d depth and %d video frames, %ld wrong pixels\n", depth.frames, video.frames, depth.wrong + video.wrong);
+    std::printf("%d depth and %d video frames, %ld wrong pixels\n", depth.frames, video.frames,
+                depth.wrong + video.wrong);
     const bool enough = (!with_depth || depth.frames >= want) && (!with_video || video.frames >= want);
     return enough && depth.wrong + video.wrong == 0 ? 0 : 1;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// rig_v4l: a small V4L2 client that shares nothing with Burin's own. It checks the emulators through the kernel's drivers, and
-// sets what a stage needs set. One line on stdout; exit code 0 only when all was as expected.
+// rig_v4l: a small V4L2 client that shares nothing with Burin's own. It checks the emulators through the
+// kernel's drivers, and sets what a stage needs set. One line on stdout; exit code 0 only when all was as
+// expected.
 #include <fcntl.h>
 #include <linux/usb/video.h>
 #include <linux/uvcvideo.h>
@@ -25,14 +26,17 @@ namespace {
 
 constexpr char kUsage[] =
     "rig_v4l NODE list                              formats and sizes\n"
-    "rig_v4l NODE grab FOURCC[-BE] W H FRAMES [OPTION]   streams by mmap and compares each frame with the pattern\n"
+    "rig_v4l NODE grab FOURCC[-BE] W H FRAMES [OPTION]   streams by mmap and compares each frame with the "
+    "pattern\n"
     "    --plain       no pattern in it: sizes and sequence only\n"
     "    --damaged N   at most N frames may be flagged, short or out of sequence\n"
     "    --until-gone  runs until the device goes, and expects ENODEV\n"
     "    --save FILE   keeps the last frame\n"
-    "rig_v4l NODE meta FOURCC FRAMES DEPTH_NODE     metadata buffers beside Z16 640x480: frame counter and time rise\n"
+    "rig_v4l NODE meta FOURCC FRAMES DEPTH_NODE     metadata buffers beside Z16 640x480: frame counter and "
+    "time rise\n"
     "rig_v4l NODE set CONTROL VALUE                 a control by its name\n"
-    "rig_v4l NODE xu SELECTOR [HEX...]              extension unit 3: reads it, or writes these bytes first and reads then\n";
+    "rig_v4l NODE xu SELECTOR [HEX...]              extension unit 3: reads it, or writes these bytes first "
+    "and reads then\n";
 
 int fail(const char* what) { return std::printf("%s: %s\n", what, std::strerror(errno)), 1; }
 
@@ -49,9 +53,12 @@ bool pixels_of(const std::string& code, int w, int h, rig::Format* f) {
         const char* code;
         Layout layout;
         int bits, samples, planes;
-    } known[] = {{"Z16 ", Layout::u16, 16, 1, 1}, {"Y16 ", Layout::u16, 16, 1, 1}, {"Y10 ", Layout::u16, 10, 1, 1}, {"Y12 ", Layout::u16, 12, 1, 1},
-                 {"INZI", Layout::inzi, 16, 1, 2}, {"GREY", Layout::u8, 8, 1, 1}, {"Y8I ", Layout::u8, 8, 2, 1}, {"Y12I", Layout::pair12, 12, 2, 1},
-                 {"pRAA", Layout::mipi10, 10, 1, 1}, {"YUYV", Layout::u8, 8, 2, 1}, {"UYVY", Layout::u8, 8, 2, 1}, {"GRBG", Layout::u8, 8, 1, 1},
+    } known[] = {{"Z16 ", Layout::u16, 16, 1, 1},    {"Y16 ", Layout::u16, 16, 1, 1},
+                 {"Y10 ", Layout::u16, 10, 1, 1},    {"Y12 ", Layout::u16, 12, 1, 1},
+                 {"INZI", Layout::inzi, 16, 1, 2},   {"GREY", Layout::u8, 8, 1, 1},
+                 {"Y8I ", Layout::u8, 8, 2, 1},      {"Y12I", Layout::pair12, 12, 2, 1},
+                 {"pRAA", Layout::mipi10, 10, 1, 1}, {"YUYV", Layout::u8, 8, 2, 1},
+                 {"UYVY", Layout::u8, 8, 2, 1},      {"GRBG", Layout::u8, 8, 1, 1},
                  {"Y10B", Layout::packed, 10, 1, 1}};
     for (const auto& k : known) {
         if (code != k.code) continue;
@@ -141,9 +148,13 @@ int grab(int fd, int type, const GrabOptions& o) {
     format.fmt.pix.field = V4L2_FIELD_NONE;
     if (control(fd, VIDIOC_S_FMT, &format) != 0) return fail("S_FMT");
     format.fmt.pix.pixelformat ^= big_endian;
-    if (std::memcmp(&format.fmt.pix.pixelformat, o.code.c_str(), 4) != 0 || static_cast<int>(format.fmt.pix.width) != o.width ||
+    if (std::memcmp(&format.fmt.pix.pixelformat, o.code.c_str(), 4) != 0 ||
+        static_cast<int>(format.fmt.pix.width) != o.width ||
         static_cast<int>(format.fmt.pix.height) != o.height)
-        return std::printf("the driver gives %.4s %ux%u\n", reinterpret_cast<const char*>(&format.fmt.pix.pixelformat), format.fmt.pix.width, format.fmt.pix.height), 1;
+        return std::printf("the driver gives %.4s %ux%u\n",
+                           reinterpret_cast<const char*>(&format.fmt.pix.pixelformat), format.fmt.pix.width,
+                           format.fmt.pix.height),
+               1;
     v4l2_streamparm rate{};  // as fast as it goes
     rate.type = static_cast<unsigned>(type);
     rate.parm.capture.timeperframe = {1, 60};
@@ -163,44 +174,54 @@ int grab(int fd, int type, const GrabOptions& o) {
         v4l2_buffer b;
         const int r = stream.next(&b);
         if (r == 0) return std::printf("no frame for 10 s after %d\n", got), 1;
-        if (r < 0 && o.until_gone && errno == ENODEV) return std::printf("ENODEV after %d frames, %d gaps, %d flagged\n", got, gaps, flagged), 0;
+        if (r < 0 && o.until_gone && errno == ENODEV)
+            return std::printf("ENODEV after %d frames, %d gaps, %d flagged\n", got, gaps, flagged), 0;
         if (r < 0) return fail("DQBUF");
         const Mapped& m = stream.buffers[b.index];
         if (got > 0) gaps += static_cast<int>(b.sequence - last - 1);
         last = b.sequence;
         ++got;
         const std::size_t want = jpeg ? 4 : o.plain ? format.fmt.pix.sizeimage : rig::format_bytes(pixels);
-        if ((b.flags & V4L2_BUF_FLAG_ERROR) != 0) ++flagged;
-        else if (b.bytesused < want) ++shorts;
+        if ((b.flags & V4L2_BUF_FLAG_ERROR) != 0)
+            ++flagged;
+        else if (b.bytesused < want)
+            ++shorts;
         else {
             ++whole;
             std::uint32_t number = 0;
-            if (jpeg) wrong += m.data[0] != 0xff || m.data[1] != 0xd8;
-            else if (!o.plain) wrong += static_cast<long>(rig::pattern_mismatches(pixels, m.data, &number));
+            if (jpeg)
+                wrong += m.data[0] != 0xff || m.data[1] != 0xd8;
+            else if (!o.plain)
+                wrong += static_cast<long>(rig::pattern_mismatches(pixels, m.data, &number));
             if (!o.save.empty() && whole == o.frames) {
                 FILE* f = std::fopen(o.save.c_str(), "wb");
-                if (f == nullptr || std::fwrite(m.data, 1, b.bytesused, f) != b.bytesused || std::fclose(f) != 0) return fail(o.save.c_str());
+                if (f == nullptr || std::fwrite(m.data, 1, b.bytesused, f) != b.bytesused ||
+                    std::fclose(f) != 0)
+                    return fail(o.save.c_str());
             }
         }
         if (control(fd, VIDIOC_QBUF, &b) != 0 && !(o.until_gone && errno == ENODEV)) return fail("QBUF");
     }
     clock_gettime(CLOCK_MONOTONIC, &t1);
     control(fd, VIDIOC_STREAMOFF, &type);
-    const double s = static_cast<double>(t1.tv_sec - t0.tv_sec) + 1e-9 * static_cast<double>(t1.tv_nsec - t0.tv_nsec);
-    std::printf("%d frames %s %dx%d in %.2f s, %ld wrong pixels, %d gaps, %d flagged, %d short\n", whole, o.code.c_str(), o.width, o.height, s, wrong, gaps,
-                flagged, shorts);
+    const double s =
+        static_cast<double>(t1.tv_sec - t0.tv_sec) + 1e-9 * static_cast<double>(t1.tv_nsec - t0.tv_nsec);
+    std::printf("%d frames %s %dx%d in %.2f s, %ld wrong pixels, %d gaps, %d flagged, %d short\n", whole,
+                o.code.c_str(), o.width, o.height, s, wrong, gaps, flagged, shorts);
     // Gaps are no fault of the emulator: an emulated processor may be late. Whatever comes must be right.
     return wrong == 0 && whole == o.frames && flagged + shorts <= o.damaged && !o.until_gone ? 0 : 1;
 }
 
 int metadata(int fd, const std::string& code, int frames, const char* depth_node) {
-    // The kernel takes no other metadata format once the depth node has buffers, and sends none before that node streams.
+    // The kernel takes no other metadata format once the depth node has buffers, and sends none before that
+    // node streams.
     v4l2_format format{};
     format.type = V4L2_BUF_TYPE_META_CAPTURE;
     if (control(fd, VIDIOC_G_FMT, &format) != 0) return fail("G_FMT");
     std::memcpy(&format.fmt.meta.dataformat, code.c_str(), 4);
     if (control(fd, VIDIOC_S_FMT, &format) != 0) return fail("S_FMT");
-    if (std::memcmp(&format.fmt.meta.dataformat, code.c_str(), 4) != 0) return std::printf("the driver does not know metadata %s\n", code.c_str()), 1;
+    if (std::memcmp(&format.fmt.meta.dataformat, code.c_str(), 4) != 0)
+        return std::printf("the driver does not know metadata %s\n", code.c_str()), 1;
     const int depth_fd = open(depth_node, O_RDWR | O_NONBLOCK | O_CLOEXEC);
     v4l2_format pixels{};
     pixels.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -214,9 +235,11 @@ int metadata(int fd, const std::string& code, int frames, const char* depth_node
     int rising = 0, counted = 0, laser = -1;
     for (int i = 0; i < frames; ++i) {
         v4l2_buffer b;
-        if (depth.next(&b) != 1 || control(depth_fd, VIDIOC_QBUF, &b) != 0) return std::printf("no frame after %d\n", i), 1;
+        if (depth.next(&b) != 1 || control(depth_fd, VIDIOC_QBUF, &b) != 0)
+            return std::printf("no frame after %d\n", i), 1;
         if (stream.next(&b) != 1) return std::printf("no metadata after %d\n", i), 1;
-        // Per payload: u64 time in ns, u16 frame number of the host, u8 length and u8 flags of the header, then the rest of it.
+        // Per payload: u64 time in ns, u16 frame number of the host, u8 length and u8 flags of the header,
+        // then the rest of it.
         const std::uint8_t* p = stream.buffers[b.index].data;
         std::uint32_t now = 0;
         if (b.bytesused >= 22 && p[10] >= 12) {
@@ -235,7 +258,8 @@ int metadata(int fd, const std::string& code, int frames, const char* depth_node
         }
         if (control(fd, VIDIOC_QBUF, &b) != 0) return fail("QBUF");
     }
-    std::printf("%d metadata buffers, %d with rising PTS, %d with rising frame counter, laser power %d\n", frames, rising, counted, laser);
+    std::printf("%d metadata buffers, %d with rising PTS, %d with rising frame counter, laser power %d\n",
+                frames, rising, counted, laser);
     return rising == frames && (code != "D4XX" || counted == frames) ? 0 : 1;
 }
 
@@ -283,13 +307,15 @@ int main(int argc, char** argv) {
     if (fd < 0) return fail(argv[1]);
     v4l2_capability capability{};
     if (control(fd, VIDIOC_QUERYCAP, &capability) != 0) return fail("QUERYCAP");
-    const int type = (capability.device_caps & V4L2_CAP_META_CAPTURE) != 0 ? V4L2_BUF_TYPE_META_CAPTURE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    const int type = (capability.device_caps & V4L2_CAP_META_CAPTURE) != 0 ? V4L2_BUF_TYPE_META_CAPTURE
+                                                                           : V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (verb == "list") return list(fd, type);
     if (verb == "meta" && argc >= 6) return metadata(fd, argv[3], std::atoi(argv[4]), argv[5]);
     if (verb == "set" && argc >= 5) return set_control(fd, argv[3], std::atoi(argv[4]));
     if (verb == "xu" && argc >= 4) {
         std::vector<std::uint8_t> bytes;
-        for (int i = 4; i < argc; ++i) bytes.push_back(static_cast<std::uint8_t>(std::strtoul(argv[i], nullptr, 16)));
+        for (int i = 4; i < argc; ++i)
+            bytes.push_back(static_cast<std::uint8_t>(std::strtoul(argv[i], nullptr, 16)));
         return extension(fd, std::atoi(argv[3]), bytes);
     }
     if (verb != "grab" || argc < 7) return std::fputs(kUsage, stderr), 2;
@@ -300,11 +326,16 @@ int main(int argc, char** argv) {
     o.width = std::atoi(argv[4]), o.height = std::atoi(argv[5]), o.frames = std::atoi(argv[6]);
     for (int i = 7; i < argc; ++i) {
         const std::string a = argv[i];
-        if (a == "--plain") o.plain = true;
-        else if (a == "--until-gone") o.until_gone = true;
-        else if (a == "--damaged" && i + 1 < argc) o.damaged = std::atoi(argv[++i]);
-        else if (a == "--save" && i + 1 < argc) o.save = argv[++i];
-        else return std::fputs(kUsage, stderr), 2;
+        if (a == "--plain")
+            o.plain = true;
+        else if (a == "--until-gone")
+            o.until_gone = true;
+        else if (a == "--damaged" && i + 1 < argc)
+            o.damaged = std::atoi(argv[++i]);
+        else if (a == "--save" && i + 1 < argc)
+            o.save = argv[++i];
+        else
+            return std::fputs(kUsage, stderr), 2;
     }
     return grab(fd, type, o);
 }

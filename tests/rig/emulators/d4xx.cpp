@@ -12,7 +12,8 @@ namespace rig {
 
 namespace {
 
-constexpr int kMonitorBytes = 1024;      // length of selector 1; the size of an answer's data is in its last four bytes
+constexpr int kMonitorBytes =
+    1024;  // length of selector 1; the size of an answer's data is in its last four bytes
 constexpr int kOpGvd = 0x10, kOpGetCalibration = 0x15;
 constexpr int kTableDepth = 25, kTableColour = 32;
 
@@ -24,18 +25,30 @@ struct Control {
 // By selector; lengths as librealsense queries them.
 Control control_of(int selector) {
     switch (selector) {
-        case 2: return {1, 0, 2, 1, 1};               // emitter: off, on, automatic
-        case 3: return {4, 1, 165000, 1, 8500};       // exposure, us
-        case 4: return {2, 0, 360, 30, 150};          // laser power, mW
-        case 6: return {1, 0, 6, 1, 0};               // preset
-        case 7: return {1, 0, 255, 1, 0};             // error report
-        case 8: return {1, 0, 1, 1, 0};               // external trigger
-        case 9: return {4, 0, 0xffffffffu, 1, 0x25260303u};  // temperatures of projector and chip
-        case 10: return {1, 0, 1, 1, 1};              // automatic white balance
-        case 11: return {1, 0, 1, 1, 1};              // automatic exposure
-        case 14: return {4, 0, 100, 1, 0};            // LED power
-        case 15: return {1, 0, 1, 1, 0};              // thermal compensation
-        default: return {0, 0, 0, 0, 0};
+        case 2:
+            return {1, 0, 2, 1, 1};  // emitter: off, on, automatic
+        case 3:
+            return {4, 1, 165000, 1, 8500};  // exposure, us
+        case 4:
+            return {2, 0, 360, 30, 150};  // laser power, mW
+        case 6:
+            return {1, 0, 6, 1, 0};  // preset
+        case 7:
+            return {1, 0, 255, 1, 0};  // error report
+        case 8:
+            return {1, 0, 1, 1, 0};  // external trigger
+        case 9:
+            return {4, 0, 0xffffffffu, 1, 0x25260303u};  // temperatures of projector and chip
+        case 10:
+            return {1, 0, 1, 1, 1};  // automatic white balance
+        case 11:
+            return {1, 0, 1, 1, 1};  // automatic exposure
+        case 14:
+            return {4, 0, 100, 1, 0};  // LED power
+        case 15:
+            return {1, 0, 1, 1, 0};  // thermal compensation
+        default:
+            return {0, 0, 0, 0, 0};
     }
 }
 
@@ -87,41 +100,53 @@ int D4xx::extension(int request, int selector, std::uint8_t* data, int length) {
         case 0x81:  // GET_CUR
             if (!is_monitor) return give(controls_[selector]);
             std::memset(data, 0, static_cast<std::size_t>(length));
-            std::memcpy(data, answer_.data(), std::min<std::size_t>(answer_.size(), static_cast<std::size_t>(length)));
+            std::memcpy(data, answer_.data(),
+                        std::min<std::size_t>(answer_.size(), static_cast<std::size_t>(length)));
             return std::min(length, bytes);
-        case 0x82: return give(c.least);
-        case 0x83: return give(c.most);
-        case 0x84: return give(c.step);
-        case 0x85: set16(data, static_cast<unsigned>(bytes)); return 2;  // GET_LEN
-        case 0x86: data[0] = 3; return 1;                                // GET_INFO: get and set
-        case 0x87: return give(c.normal);
-        default: return kStall;
+        case 0x82:
+            return give(c.least);
+        case 0x83:
+            return give(c.most);
+        case 0x84:
+            return give(c.step);
+        case 0x85:
+            set16(data, static_cast<unsigned>(bytes));
+            return 2;  // GET_LEN
+        case 0x86:
+            data[0] = 3;
+            return 1;  // GET_INFO: get and set
+        case 0x87:
+            return give(c.normal);
+        default:
+            return kStall;
     }
 }
 
-// Command: u16 size after these four bytes, u16 0xcdab, u32 opcode, four u32 parameters. Answer: the opcode, or a negative error,
-// then data.
+// Command: u16 size after these four bytes, u16 0xcdab, u32 opcode, four u32 parameters. Answer: the opcode,
+// or a negative error, then data.
 void D4xx::monitor(const std::uint8_t* command) {
     const int opcode = static_cast<int>(get32(command + 4));
     const int table_id = static_cast<int>(get32(command + 8));
     std::vector<std::uint8_t> data;
     int code = opcode;
-    if (get16(command + 2) != 0xcdab) code = -1;
+    if (get16(command + 2) != 0xcdab)
+        code = -1;
     else if (opcode == kOpGvd) {
         data.assign(272, 0);
         set16(&data[0], 272);
-        data[2] = 5;                                                      // version of this structure
-        const std::uint8_t firmware[4] = {0, 0, 15, 5};                   // 5.15.0.0, lowest part first
+        data[2] = 5;                                     // version of this structure
+        const std::uint8_t firmware[4] = {0, 0, 15, 5};  // 5.15.0.0, lowest part first
         std::copy_n(firmware, 4, &data[12]);
         const std::uint8_t serial[6] = {0x82, 0x63, 0x12, 0x07, 0x05, 0x91};
-        std::copy_n(serial, 6, &data[48]);                                // of the module, then of the chip
+        std::copy_n(serial, 6, &data[48]);  // of the module, then of the chip
         std::copy_n(serial, 6, &data[64]);
         std::uint8_t changed = 0;
-        std::copy_n(&changed, 1, &data[25]);                              // not locked
+        std::copy_n(&changed, 1, &data[25]);  // not locked
     } else if (opcode == kOpGetCalibration && calibration_ != "none") {
         data = table(table_id);
-        if (data.empty()) code = -17;                                     // no such table
-    } else code = opcode == kOpGetCalibration ? -25 : -1;                 // table is empty; wrong command
+        if (data.empty()) code = -17;  // no such table
+    } else
+        code = opcode == kOpGetCalibration ? -25 : -1;  // table is empty; wrong command
     int value = 0;
     if (faults_.take("monitor_error", &value)) code = value != 0 ? value : -7, data.clear();  // -7: not ready
     if (faults_.take("monitor_opcode")) code ^= 0x40;
@@ -129,7 +154,9 @@ void D4xx::monitor(const std::uint8_t* command) {
     put32(answer, static_cast<std::uint32_t>(code));
     answer.insert(answer.end(), data.begin(), data.end());
     answer.resize(kMonitorBytes, 0);
-    set32(&answer[kMonitorBytes - 4], static_cast<std::uint32_t>(faults_.take("monitor_size", &value) ? value : static_cast<int>(data.size())));
+    set32(&answer[kMonitorBytes - 4],
+          static_cast<std::uint32_t>(faults_.take("monitor_size", &value) ? value
+                                                                          : static_cast<int>(data.size())));
     answer_ = answer;
 }
 
@@ -140,7 +167,10 @@ std::vector<std::uint8_t> D4xx::table(int id) const {
     };
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const auto bent = [&](float f) {
-        return calibration_ == "zero" ? 0.f : calibration_ == "nan" ? nan : calibration_ == "huge" ? 1e30f * f : f;
+        return calibration_ == "zero"   ? 0.f
+               : calibration_ == "nan"  ? nan
+               : calibration_ == "huge" ? 1e30f * f
+                                        : f;
     };
     if (id == kTableDepth) {
         matrix(0.6f, 0.8f, 0.f, 0.f), matrix(0.6f, 0.8f, 0.f, 0.f);
@@ -149,18 +179,22 @@ std::vector<std::uint8_t> D4xx::table(int id) const {
         put32(body, 1);
         body.resize(body.size() + 88, 0);
         // Rectified fx, fy, cx, cy by size: 16 of them in librealsense's order.
-        const int sizes[16][2] = {{1920, 1080}, {1280, 720}, {640, 480}, {848, 480}, {640, 360}, {424, 240}, {320, 240}, {480, 270},
-                                  {1280, 800}, {960, 540}, {0, 0}, {0, 0}, {640, 400}, {576, 576}, {720, 720}, {1152, 1152}};
+        const int sizes[16][2] = {{1920, 1080}, {1280, 720}, {640, 480},  {848, 480},  {640, 360}, {424, 240},
+                                  {320, 240},   {480, 270},  {1280, 800}, {960, 540},  {0, 0},     {0, 0},
+                                  {640, 400},   {576, 576},  {720, 720},  {1152, 1152}};
         for (const auto& s : sizes) {
-            // One lens on sensors of one height: the scale is that of the height, the centre stays in the middle.
+            // One lens on sensors of one height: the scale is that of the height, the centre stays in the
+            // middle.
             const float k = static_cast<float>(s[1]) / 480;
             put_float(body, bent(truth.fx * k)), put_float(body, bent(truth.fy * k));
-            put_float(body, bent(static_cast<float>(s[0]) / 2 + (truth.cx - 320) * k)), put_float(body, bent(truth.cy * k));
+            put_float(body, bent(static_cast<float>(s[0]) / 2 + (truth.cx - 320) * k)),
+                put_float(body, bent(truth.cy * k));
         }
         body.resize(body.size() + 64, 0);
     } else if (id == kTableColour) {
         // Normalised to [-1, 1] for the size it was calibrated at, here 640x480.
-        matrix(bent(truth.colour_fx / 320), bent(truth.colour_fy / 240), bent(truth.colour_cx / 320 - 1), bent(truth.colour_cy / 240 - 1));
+        matrix(bent(truth.colour_fx / 320), bent(truth.colour_fy / 240), bent(truth.colour_cx / 320 - 1),
+               bent(truth.colour_cy / 240 - 1));
         for (int i = 0; i < 5; ++i) put_float(body, 0);
         for (int i = 0; i < 3; ++i) put_float(body, 0);
         for (const float t : truth.colour_t_mm) put_float(body, bent(t));
@@ -183,22 +217,26 @@ std::vector<std::uint8_t> D4xx::table(int id) const {
     return whole;
 }
 
-std::vector<std::uint8_t> D4xx::metadata(std::uint32_t frame, int format, int width, int height, int fps) const {
+std::vector<std::uint8_t> D4xx::metadata(std::uint32_t frame, int format, int width, int height,
+                                         int fps) const {
     std::vector<std::uint8_t> m;
     put32(m, 0x80000000u), put32(m, 60), put32(m, 2), put32(m, 0x17f);  // depth control: all but emitter mode
     put32(m, 16), put32(m, controls_[3]), put32(m, controls_[4]), put32(m, controls_[11]), put32(m, 0);
-    put32(m, 0), put32(m, static_cast<std::uint32_t>(width - 1)), put32(m, 0), put32(m, static_cast<std::uint32_t>(height - 1));
+    put32(m, 0), put32(m, static_cast<std::uint32_t>(width - 1)), put32(m, 0),
+        put32(m, static_cast<std::uint32_t>(height - 1));
     put32(m, controls_[6]), put32(m, controls_[2]);
-    put32(m, 0x80000001u), put32(m, 40), put32(m, 1), put32(m, 0x3f);   // capture timing
+    put32(m, 0x80000001u), put32(m, 40), put32(m, 1), put32(m, 0x3f);  // capture timing
     put32(m, frame), put32(m, controls_[3] / 2), put32(m, 8000), put32(m, controls_[3]);
     put32(m, static_cast<std::uint32_t>(1000000 / fps)), put32(m, 12000);
-    put32(m, 0x80000002u), put32(m, 40), put32(m, 1), put32(m, 0xff);   // configuration
-    m.push_back(0), m.push_back(0x0d);                                  // D4xx; standard depth, projector, colour
-    put32(m, 0), put16(m, static_cast<unsigned>(format)), put16(m, static_cast<unsigned>(width)), put16(m, static_cast<unsigned>(height));
+    put32(m, 0x80000002u), put32(m, 40), put32(m, 1), put32(m, 0xff);  // configuration
+    m.push_back(0), m.push_back(0x0d);  // D4xx; standard depth, projector, colour
+    put32(m, 0), put16(m, static_cast<unsigned>(format)), put16(m, static_cast<unsigned>(width)),
+        put16(m, static_cast<unsigned>(height));
     put16(m, static_cast<unsigned>(fps)), put16(m, 1), put16(m, 0);
     m.resize(140, 0);
     int size = 0;
-    if (faults_.due("metadata_size")) size = faults_.value("metadata_size"), set32(&m[4], static_cast<std::uint32_t>(size));
+    if (faults_.due("metadata_size"))
+        size = faults_.value("metadata_size"), set32(&m[4], static_cast<std::uint32_t>(size));
     return m;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What a RealSense D4xx says of itself beside its pictures: the depth extension unit with the hardware monitor behind it
-// (calibration tables, details of the camera) and the metadata in payload headers. Layouts: librealsense's
-// src/ds/d400/d400-private.h, src/ds/ds-private.h and src/hw-monitor.h; Documentation/userspace-api/media/v4l/metafmt-d4xx.rst.
+// What a RealSense D4xx says of itself beside its pictures: the depth extension unit with the hardware
+// monitor behind it (calibration tables, details of the camera) and the metadata in payload headers. Layouts:
+// librealsense's src/ds/d400/d400-private.h, src/ds/ds-private.h and src/hw-monitor.h;
+// Documentation/userspace-api/media/v4l/metafmt-d4xx.rst.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +18,15 @@ struct D4xxTruth {
     float fx = 385.5f, fy = 386.25f, cx = 321.75f, cy = 238.5f;
     float baseline_mm = 49.875f;
     float colour_fx = 615.0f, colour_fy = 616.5f, colour_cx = 318.25f, colour_cy = 241.5f;  // of 640x480
-    float colour_t_mm[3] = {-14.75f, 0.25f, 0.5f};                                          // translation_rect of the colour table
+    float colour_t_mm[3] = {-14.75f, 0.25f, 0.5f};  // translation_rect of the colour table
 };
 
 class D4xx {
   public:
     // calibration: good, none (an error code), zero, nan, huge, crc, short, type
-    D4xx(Faults& faults, std::string calibration) : faults_(faults), calibration_(std::move(calibration)) { reset(); }
+    D4xx(Faults& faults, std::string calibration) : faults_(faults), calibration_(std::move(calibration)) {
+        reset();
+    }
     void reset();
 
     D4xxTruth truth;

@@ -42,8 +42,10 @@ void Faults::command(const std::string& line) {
         return;
     }
     std::printf("emulator: command %s\n", line.c_str());
-    if (name == "quit") quit = true;
-    else if (name == "clear") faults_.clear();
+    if (name == "quit")
+        quit = true;
+    else if (name == "clear")
+        faults_.clear();
     else if (name == "unplug") {
         unplug = true;
         if (!(words >> replug_ms)) replug_ms = -1;
@@ -58,8 +60,10 @@ void Faults::command(const std::string& line) {
 void Faults::poll_fifo() {
     char bytes[512];
     ssize_t n = 0;
-    while (fifo_ >= 0 && (n = read(fifo_, bytes, sizeof bytes)) > 0) rest_.append(bytes, static_cast<std::size_t>(n));
-    for (std::size_t end = 0; (end = rest_.find('\n')) != std::string::npos; rest_.erase(0, end + 1)) command(rest_.substr(0, end));
+    while (fifo_ >= 0 && (n = read(fifo_, bytes, sizeof bytes)) > 0)
+        rest_.append(bytes, static_cast<std::size_t>(n));
+    for (std::size_t end = 0; (end = rest_.find('\n')) != std::string::npos; rest_.erase(0, end + 1))
+        command(rest_.substr(0, end));
 }
 
 bool Faults::take(const char* name, int* value) {
@@ -85,7 +89,9 @@ int Faults::value(const char* name) const {
 
 void Faults::middle_of_frame() {
     ++frame_;
-    for (auto it = scheduled_.begin(); it != scheduled_.end() && it->first <= frame_; it = scheduled_.erase(it)) command(it->second);
+    for (auto it = scheduled_.begin(); it != scheduled_.end() && it->first <= frame_;
+         it = scheduled_.erase(it))
+        command(it->second);
 }
 
 }  // namespace rig

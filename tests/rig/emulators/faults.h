@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What an emulator is told to do wrong, on the command line or through a fifo while it runs. A command is one line:
+// What an emulator is told to do wrong, on the command line or through a fifo while it runs. A command is one
+// line:
 //
-//     unplug [MS]              the cable is pulled now, mid-frame, and put back after MS milliseconds (without MS: never)
-//     quit                     ends the emulator
-//     NAME [COUNT [VALUE]]     the next COUNT times (default 1, `always`) the fault NAME is done, with VALUE where it takes one
-//     clear                    nothing more goes wrong
+//     unplug [MS]              the cable is pulled now, mid-frame, and put back after MS milliseconds
+//     (without MS: never) quit                     ends the emulator NAME [COUNT [VALUE]]     the next COUNT
+//     times (default 1, `always`) the fault NAME is done, with VALUE where it takes one clear nothing more
+//     goes wrong
 //
-// `at FRAME COMMAND` runs the command in the middle of that frame, counted from the start of the emulator. Names: README.md.
+// `at FRAME COMMAND` runs the command in the middle of that frame, counted from the start of the emulator.
+// Names: README.md.
 #pragma once
 
 #include <map>
@@ -17,10 +19,11 @@ namespace rig {
 
 class Faults {
   public:
-    // Understands -f COMMAND, -F FIFO (made when missing); returns how many arguments were taken at argv[i], 0 for none.
+    // Understands -f COMMAND, -F FIFO (made when missing); returns how many arguments were taken at argv[i],
+    // 0 for none.
     int argument(int argc, char** argv, int i);
     void command(const std::string& line);
-    void poll_fifo();            // without waiting
+    void poll_fifo();                   // without waiting
     int fifo() const { return fifo_; }  // -1: none
 
     // The fault is due now: counts it off and logs it.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// rig_kinect: a Kinect v1 on vhci_hcd: the camera (045e:02ae) with depth of 11 or 10 bits and Bayer, UYVY or infrared video, both
-// isochronous, and the motor (045e:02b0) with its accelerometer.
+// rig_kinect: a Kinect v1 on vhci_hcd: the camera (045e:02ae) with depth of 11 or 10 bits and Bayer, UYVY or
+// infrared video, both isochronous, and the motor (045e:02b0) with its accelerometer.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -12,7 +12,9 @@
 namespace rig {
 namespace {
 
-constexpr char kUsage[] = "rig_kinect [--fps N] [--frames FILE] [--calibration good|zero|nan|negative|huge] [--no-motor] [-f COMMAND]... [-F FIFO]\n";
+constexpr char kUsage[] =
+    "rig_kinect [--fps N] [--frames FILE] [--calibration good|zero|nan|negative|huge] [--no-motor] [-f "
+    "COMMAND]... [-F FIFO]\n";
 
 constexpr int kDepthChunk = 1748, kVideoChunk = 1908;  // what real ones send
 constexpr unsigned kPacket = 0x0bc0;                   // two transactions of 960 bytes a microframe
@@ -20,7 +22,11 @@ constexpr unsigned kPacket = 0x0bc0;                   // two transactions of 96
 class KinectCamera : public PsControl {
   public:
     KinectCamera(Faults& faults, const Picture& picture, const std::string& calibration, int fps)
-        : PsControl(faults), picture_(picture), constants_(PsConstants::named(calibration)), fps_(fps), table_(ps_shift_table(PsConstants())) {
+        : PsControl(faults),
+          picture_(picture),
+          constants_(PsConstants::named(calibration)),
+          fps_(fps),
+          table_(ps_shift_table(PsConstants())) {
         device = {18, 1, 0x00, 0x02, 0, 0, 0, 64, 0x5e, 0x04, 0xae, 0x02, 0x0b, 0x01, 2, 1, 3, 1};
         config = {9, 2, 32, 0, 1, 1, 0, 0xc0, 8, 9, 4, 0, 0, 2, 255, 255, 255, 0};
         for (const int endpoint : {0x81, 0x82}) {
@@ -38,15 +44,20 @@ class KinectCamera : public PsControl {
     }
 
     int in(int endpoint, std::uint8_t* out, int size) override {
-        if (endpoint == 2) return depth_.packet(out, size, fps_, faults_, true, [&](std::uint32_t n, auto& image) { paint_depth(n, image); });
-        return video_.packet(out, size, fps_, faults_, !depth_.on(), [&](std::uint32_t n, auto& image) { paint_video(n, image); });
+        if (endpoint == 2)
+            return depth_.packet(out, size, fps_, faults_, true,
+                                 [&](std::uint32_t n, auto& image) { paint_depth(n, image); });
+        return video_.packet(out, size, fps_, faults_, !depth_.on(),
+                             [&](std::uint32_t n, auto& image) { paint_video(n, image); });
     }
 
   protected:
     int command(int opcode, const std::uint8_t* a, int bytes, std::vector<std::uint8_t>* reply) override {
         const unsigned a0 = get16(a), a1 = get16(a + 2);
         switch (opcode) {
-            case 0x02: put16(*reply, registers_[a0 & 0x3ff]); return 0;
+            case 0x02:
+                put16(*reply, registers_[a0 & 0x3ff]);
+                return 0;
             case 0x03:
                 if (bytes < 4) return 4;
                 registers_[a0 & 0x3ff] = static_cast<std::uint16_t>(a1);
@@ -59,24 +70,30 @@ class KinectCamera : public PsControl {
                 return 0;
             case 0x16: {  // parameters of the algorithms; lengths count the code
                 const int what = static_cast<int>(a0);
-                if (what == 0x41) reply->assign(6, 0);         // padding of registered depth: none
-                else if (what == 0x40) registration(*reply);   // 29 words of 32 bits
-                else if (what == 0) put16(*reply, static_cast<unsigned>(constants_.shift));
-                else return 5;
+                if (what == 0x41)
+                    reply->assign(6, 0);  // padding of registered depth: none
+                else if (what == 0x40)
+                    registration(*reply);  // 29 words of 32 bits
+                else if (what == 0)
+                    put16(*reply, static_cast<unsigned>(constants_.shift));
+                else
+                    return 5;
                 return 0;
             }
             case 0x95:  // registers of the colour sensor
                 put16(*reply, a1), put16(*reply, 0);
                 return 0;
-            default: return 0;
+            default:
+                return 0;
         }
     }
 
   private:
-    // Polynomials of a device, so that hosts have something to compute with: offsets only, no distortion. The order of fields is
-    // libfreenect's registration.c (freenect_reg_info).
+    // Polynomials of a device, so that hosts have something to compute with: offsets only, no distortion. The
+    // order of fields is libfreenect's registration.c (freenect_reg_info).
     static void registration(std::vector<std::uint8_t>& reply) {
-        const std::int32_t info[29] = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+        const std::int32_t info[29] = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+                                       0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
         for (const std::int32_t v : info) put32(reply, static_cast<std::uint32_t>(v));
     }
 
@@ -120,8 +137,8 @@ class KinectCamera : public PsControl {
     std::uint16_t registers_[0x400] = {};
 };
 
-// C0/32 tells 10 bytes: acceleration as three big-endian words at 2 (819 counts are 1 g), twice the tilt in degrees at 8, status
-// at 9. 40/31 sets the tilt, 40/06 the LED.
+// C0/32 tells 10 bytes: acceleration as three big-endian words at 2 (819 counts are 1 g), twice the tilt in
+// degrees at 8, status at 9. 40/31 sets the tilt, 40/06 the LED.
 class KinectMotor : public UsbDevice {
   public:
     KinectMotor() {
@@ -131,18 +148,26 @@ class KinectMotor : public UsbDevice {
     }
     int control(const Setup& setup, std::uint8_t* data) override {
         switch (setup.type << 8 | setup.request) {
-            case 0xc010: data[0] = 0x22; return 1;
+            case 0xc010:
+                data[0] = 0x22;
+                return 1;
             case 0xc032: {
                 const int xyz[3] = {41, 812, -123};
                 std::uint8_t b[10] = {};
-                for (int i = 0; i < 3; ++i) b[2 + 2 * i] = static_cast<std::uint8_t>(xyz[i] >> 8), b[3 + 2 * i] = static_cast<std::uint8_t>(xyz[i]);
+                for (int i = 0; i < 3; ++i)
+                    b[2 + 2 * i] = static_cast<std::uint8_t>(xyz[i] >> 8),
+                              b[3 + 2 * i] = static_cast<std::uint8_t>(xyz[i]);
                 b[8] = static_cast<std::uint8_t>(tilt_);
                 std::memcpy(data, b, std::min<std::size_t>(setup.length, sizeof b));
                 return 10;
             }
-            case 0x4031: tilt_ = static_cast<std::int8_t>(setup.value); return 0;
-            case 0x4006: return 0;
-            default: return kStall;
+            case 0x4031:
+                tilt_ = static_cast<std::int8_t>(setup.value);
+                return 0;
+            case 0x4006:
+                return 0;
+            default:
+                return kStall;
         }
     }
     int in(int, std::uint8_t*, int) override { return kLater; }
@@ -167,12 +192,17 @@ int main(int argc, char** argv) {
             continue;
         }
         const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-        if (a == "--no-motor") with_motor = false, --i;
-        else if (value == nullptr) return std::fputs(rig::kUsage, stderr), 2;
-        else if (a == "--fps") fps = std::max(1, std::atoi(value));
-        else if (a == "--calibration") calibration = value;
-        else if (a == "--frames" && picture.open(value)) {}
-        else return std::fputs(rig::kUsage, stderr), 2;
+        if (a == "--no-motor")
+            with_motor = false, --i;
+        else if (value == nullptr)
+            return std::fputs(rig::kUsage, stderr), 2;
+        else if (a == "--fps")
+            fps = std::max(1, std::atoi(value));
+        else if (a == "--calibration")
+            calibration = value;
+        else if (a == "--frames" && picture.open(value)) {
+        } else
+            return std::fputs(rig::kUsage, stderr), 2;
         i += 2;
     }
     rig::KinectCamera camera(faults, picture, calibration, fps);

@@ -18,12 +18,15 @@ bool Picture::open(const std::string& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     char line[128] = "";
     if (fd < 0 || pread(fd, line, sizeof line - 1, 0) < 16 ||
-        std::sscanf(line, "rig %d %d %d %d %d", &frames_, &depth_w_, &depth_h_, &colour_w_, &colour_h_) != 5 || frames_ < 1) {
+        std::sscanf(line, "rig %d %d %d %d %d", &frames_, &depth_w_, &depth_h_, &colour_w_, &colour_h_) !=
+            5 ||
+        frames_ < 1) {
         std::fprintf(stderr, "emulator: %s: expected a file of rendered frames\n", path.c_str());
         if (fd >= 0) close(fd);
         return false;
     }
-    frame_bytes_ = 2 * static_cast<std::size_t>(depth_w_) * depth_h_ + 3 * static_cast<std::size_t>(colour_w_) * colour_h_;
+    frame_bytes_ = 2 * static_cast<std::size_t>(depth_w_) * depth_h_ +
+                   3 * static_cast<std::size_t>(colour_w_) * colour_h_;
     void* p = mmap(nullptr, kHeader + frame_bytes_ * frames_, PROT_READ, MAP_SHARED, fd, 0);
     close(fd);
     if (p == MAP_FAILED) {
@@ -35,7 +38,8 @@ bool Picture::open(const std::string& path) {
 }
 
 const std::uint8_t* Picture::at(std::uint32_t frame) const {
-    return data_ + kHeader + frame_bytes_ * std::min<std::uint32_t>(frame, static_cast<std::uint32_t>(frames_) - 1);
+    return data_ + kHeader +
+           frame_bytes_ * std::min<std::uint32_t>(frame, static_cast<std::uint32_t>(frames_) - 1);
 }
 
 std::uint16_t Picture::depth_mm(std::uint32_t frame, int x, int y) const {
@@ -47,7 +51,8 @@ std::uint16_t Picture::depth_mm(std::uint32_t frame, int x, int y) const {
 void Picture::rgb(std::uint32_t frame, int x, int y, std::uint8_t out[3]) const {
     out[0] = out[1] = out[2] = 0;
     if (x >= colour_w_ || y >= colour_h_) return;
-    const std::uint8_t* p = at(frame) + 2 * static_cast<std::size_t>(depth_w_) * depth_h_ + 3 * (static_cast<std::size_t>(y) * colour_w_ + x);
+    const std::uint8_t* p = at(frame) + 2 * static_cast<std::size_t>(depth_w_) * depth_h_ +
+                            3 * (static_cast<std::size_t>(y) * colour_w_ + x);
     std::copy_n(p, 3, out);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where an emulator's pixels come from: the pattern, or frames that were rendered before (a `burin synth` sequence, written by
-// rig_frames.sh). Such a file, or block device, is
+// Where an emulator's pixels come from: the pattern, or frames that were rendered before (a `burin synth`
+// sequence, written by rig_frames.sh). Such a file, or block device, is
 //
 //     one line of text, filled up with zeros to 4096 bytes:  rig FRAMES DEPTH_W DEPTH_H COLOUR_W COLOUR_H
 //     for each frame: depth, u16 little endian, millimetres, 0 for none; then colour, RGB, 8 bits each
@@ -38,8 +38,14 @@ class Picture {
 };
 
 // Luma and chroma of BT.601 in full range, as UVC cameras send them.
-inline std::uint8_t luma(const std::uint8_t c[3]) { return static_cast<std::uint8_t>((77 * c[0] + 150 * c[1] + 29 * c[2] + 128) >> 8); }
-inline std::uint8_t chroma_u(const std::uint8_t c[3]) { return static_cast<std::uint8_t>((-43 * c[0] - 85 * c[1] + 128 * c[2] + 32768 + 127) >> 8); }
-inline std::uint8_t chroma_v(const std::uint8_t c[3]) { return static_cast<std::uint8_t>((128 * c[0] - 107 * c[1] - 21 * c[2] + 32768 + 127) >> 8); }
+inline std::uint8_t luma(const std::uint8_t c[3]) {
+    return static_cast<std::uint8_t>((77 * c[0] + 150 * c[1] + 29 * c[2] + 128) >> 8);
+}
+inline std::uint8_t chroma_u(const std::uint8_t c[3]) {
+    return static_cast<std::uint8_t>((-43 * c[0] - 85 * c[1] + 128 * c[2] + 32768 + 127) >> 8);
+}
+inline std::uint8_t chroma_v(const std::uint8_t c[3]) {
+    return static_cast<std::uint8_t>((128 * c[0] - 107 * c[1] - 21 * c[2] + 32768 + 127) >> 8);
+}
 
 }  // namespace rig

@@ -11,10 +11,13 @@ namespace rig {
 
 PsConstants PsConstants::named(const std::string& name) {
     PsConstants c;
-    if (name == "zero") c.emitter_distance = c.colour_distance = c.reference_distance = c.pixel_size = 0, c.shift = 0;
-    if (name == "nan") c.emitter_distance = c.reference_distance = c.pixel_size = std::numeric_limits<float>::quiet_NaN();
+    if (name == "zero")
+        c.emitter_distance = c.colour_distance = c.reference_distance = c.pixel_size = 0, c.shift = 0;
+    if (name == "nan")
+        c.emitter_distance = c.reference_distance = c.pixel_size = std::numeric_limits<float>::quiet_NaN();
     if (name == "negative") c.emitter_distance = -7.5f, c.reference_distance = -120;
-    if (name == "huge") c.emitter_distance = 1e30f, c.reference_distance = 1e30f, c.pixel_size = 1e30f, c.shift = 65535;
+    if (name == "huge")
+        c.emitter_distance = 1e30f, c.reference_distance = 1e30f, c.pixel_size = 1e30f, c.shift = 65535;
     return c;
 }
 
@@ -26,7 +29,9 @@ void PsConstants::write(std::uint8_t* out) const {
 int ps_depth_mm(const PsConstants& c, int shift) {
     if (shift <= 0 || shift >= 2047) return 0;
     const double x = ((shift - 4 * c.shift) / 4.0 - 0.375) * static_cast<double>(c.pixel_size);
-    const double z = 10 * (x * static_cast<double>(c.reference_distance) / (static_cast<double>(c.emitter_distance) - x) + static_cast<double>(c.reference_distance));
+    const double z =
+        10 * (x * static_cast<double>(c.reference_distance) / (static_cast<double>(c.emitter_distance) - x) +
+              static_cast<double>(c.reference_distance));
     const int mm = static_cast<int>(z);
     return z > 0 && z < 10000 ? mm : 0;
 }
@@ -40,14 +45,16 @@ std::vector<std::uint16_t> ps_shift_table(const PsConstants& c) {
         // Half the way to both neighbours is this shift's.
         for (int d = std::max(1, mm - 200); d <= std::min(10000, mm + 200); ++d) {
             const int e = std::abs(d - mm);
-            if (e < error[static_cast<std::size_t>(d)]) error[static_cast<std::size_t>(d)] = e, table[static_cast<std::size_t>(d)] = static_cast<std::uint16_t>(s);
+            if (e < error[static_cast<std::size_t>(d)])
+                error[static_cast<std::size_t>(d)] = e,
+                table[static_cast<std::size_t>(d)] = static_cast<std::uint16_t>(s);
         }
     }
     return table;
 }
 
-// Request: 47 4d, words of payload, opcode, tag, payload. Reply: 52 42, words, opcode, tag, error code, data; `words` counts the
-// code.
+// Request: 47 4d, words of payload, opcode, tag, payload. Reply: 52 42, words, opcode, tag, error code, data;
+// `words` counts the code.
 int PsControl::control(const Setup& setup, std::uint8_t* data) {
     if (setup.request != 0) return kStall;
     if (setup.type == 0x40) {
@@ -70,7 +77,8 @@ int PsControl::control(const Setup& setup, std::uint8_t* data) {
         if (faults_.take("wrong_opcode")) answer_[4] ^= 0x01;
         if (faults_.take("wrong_magic")) answer_[0] ^= 0xff;
         if (faults_.take("wrong_size", &value)) set16(&answer_[2], static_cast<unsigned>(value));
-        if (faults_.take("short_reply", &value)) answer_.resize(std::min<std::size_t>(answer_.size(), static_cast<std::size_t>(value)));
+        if (faults_.take("short_reply", &value))
+            answer_.resize(std::min<std::size_t>(answer_.size(), static_cast<std::size_t>(value)));
         if (faults_.take("long_reply")) answer_.resize(answer_.size() + 64, 0xee);
         return setup.length;
     }
@@ -98,10 +106,13 @@ void PsStream::prepare(Faults& faults) {
 int PsStream::next_packet(std::uint8_t* out, int fps, Faults& faults, bool leads) {
     const std::size_t n = std::min(static_cast<std::size_t>(chunk_), image_.size() - pos_);
     const bool first = pos_ == 0, last = pos_ + n == image_.size();
-    const auto time = static_cast<std::uint32_t>(static_cast<std::uint64_t>(now_s() * 60e6));  // of a 60 MHz clock
+    const auto time =
+        static_cast<std::uint32_t>(static_cast<std::uint64_t>(now_s() * 60e6));  // of a 60 MHz clock
     std::uint8_t h[kHeader] = {'R', 'B', 0, static_cast<std::uint8_t>(flag_ | (first ? 1 : last ? 5 : 2))};
-    if (byte_sequence) h[4] = 0, h[5] = static_cast<std::uint8_t>(number_);
-    else set16(h + 4, number_ & 0xffff);
+    if (byte_sequence)
+        h[4] = 0, h[5] = static_cast<std::uint8_t>(number_);
+    else
+        set16(h + 4, number_ & 0xffff);
     ++number_;
     h[6] = static_cast<std::uint8_t>((n + kHeader) >> 8), h[7] = static_cast<std::uint8_t>(n + kHeader);
     set32(h + 8, first && padding_field ? 0 : time);
@@ -110,7 +121,8 @@ int PsStream::next_packet(std::uint8_t* out, int fps, Faults& faults, bool leads
     int size = static_cast<int>(n) + kHeader, value = 0;
     if (faults.take("corrupt_magic")) out[0] ^= 0xff;
     if (faults.take("corrupt_type", &value)) out[3] = static_cast<std::uint8_t>(value);
-    if (faults.take("corrupt_size", &value)) out[6] = static_cast<std::uint8_t>(value >> 8), out[7] = static_cast<std::uint8_t>(value);
+    if (faults.take("corrupt_size", &value))
+        out[6] = static_cast<std::uint8_t>(value >> 8), out[7] = static_cast<std::uint8_t>(value);
     if (faults.take("corrupt_number")) out[byte_sequence ? 5 : 4] ^= 0x40;
     if (faults.take("corrupt_padding")) set32(out + 8, 0xffffffffu);
     if (faults.take("corrupt_data")) std::memset(out + kHeader, 0xff, n);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What Kinect v1 and PrimeSense's PS1080 have in common, as they hold chips of one family: requests and replies on endpoint 0,
-// and frames cut into packets. Sources: libfreenect src/, OpenNI2 Source/Drivers/PS1080 (README.md has the facts).
+// What Kinect v1 and PrimeSense's PS1080 have in common, as they hold chips of one family: requests and
+// replies on endpoint 0, and frames cut into packets. Sources: libfreenect src/, OpenNI2
+// Source/Drivers/PS1080 (README.md has the facts).
 #pragma once
 
 #include <algorithm>
@@ -24,7 +25,8 @@ struct PsConstants {
     void write(std::uint8_t* sixteen_bytes) const;  // the four floats in their order in the fixed parameters
 };
 
-// Millimetres of a shift at 640x480, as OpenNI2 computes them, and the shift whose distance is nearest (2047 for none).
+// Millimetres of a shift at 640x480, as OpenNI2 computes them, and the shift whose distance is nearest (2047
+// for none).
 int ps_depth_mm(const PsConstants& c, int shift);
 std::vector<std::uint16_t> ps_shift_table(const PsConstants& c);  // by millimetre, 0..10000
 
@@ -36,7 +38,8 @@ class PsControl : public UsbDevice {
 
   protected:
     // Arguments are the request's payload. Appends reply data after the error code; returns that code.
-    virtual int command(int opcode, const std::uint8_t* arguments, int bytes, std::vector<std::uint8_t>* reply) = 0;
+    virtual int command(int opcode, const std::uint8_t* arguments, int bytes,
+                        std::vector<std::uint8_t>* reply) = 0;
     Faults& faults_;
 
   private:
@@ -52,8 +55,8 @@ class PsStream {
     bool on() const { return on_; }
     std::uint32_t frame() const { return frame_; }
 
-    // paint(frame, out) makes the next frame's bytes. One packet, for an isochronous endpoint, or as much of packets as fits in
-    // `size` bytes, for a bulk one. `leads`: tells of the middle of its frames.
+    // paint(frame, out) makes the next frame's bytes. One packet, for an isochronous endpoint, or as much of
+    // packets as fits in `size` bytes, for a bulk one. `leads`: tells of the middle of its frames.
     template <class Paint>
     int packet(std::uint8_t* out, int size, int fps, Faults& faults, bool leads, const Paint& paint) {
         if (!on_ || size < chunk_ + kHeader) return kLater;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// rig_uvc_camera: a UVC depth camera on vhci_hcd, with depth, infrared and colour streams, bulk or isochronous, and what a
-// RealSense D4xx tells of itself.
+// rig_uvc_camera: a UVC depth camera on vhci_hcd, with depth, infrared and colour streams, bulk or
+// isochronous, and what a RealSense D4xx tells of itself.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -17,10 +17,12 @@ namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_uvc_camera [--iso] [--id VENDOR:PRODUCT] [--fps N] [--payload BYTES] [--frames FILE] [--calibration NAME] [--absurd NAME]\n"
+    "rig_uvc_camera [--iso] [--id VENDOR:PRODUCT] [--fps N] [--payload BYTES] [--frames FILE] [--calibration "
+    "NAME] [--absurd NAME]\n"
     "               [-f COMMAND]... [-F FIFO]\n"
     "--payload 0 (default): one payload a frame in bulk, with D4XX metadata in its header\n"
-    "--calibration good|none|zero|nan|huge|crc|short|type   --absurd zero-size|huge-size|zero-interval|no-formats|cut|no-endpoint\n";
+    "--calibration good|none|zero|nan|huge|crc|short|type   --absurd "
+    "zero-size|huge-size|zero-interval|no-formats|cut|no-endpoint\n";
 
 std::vector<std::uint8_t> encode_jpeg(int width, int height, const std::vector<std::uint8_t>& rgb) {
     jpeg_compress_struct c{};
@@ -51,7 +53,8 @@ std::vector<std::uint8_t> encode_jpeg(int width, int height, const std::vector<s
 
 class UvcCamera : public UsbDevice {
   public:
-    UvcCamera(const UvcConfig& how, int payload, const std::string& calibration, const Picture& picture, Faults& faults)
+    UvcCamera(const UvcConfig& how, int payload, const std::string& calibration, const Picture& picture,
+              Faults& faults)
         : config_(how), payload_(payload), d4xx_(faults, calibration), picture_(picture), faults_(faults) {
         device = uvc_device_descriptor(how);
         config = uvc_configuration(how);
@@ -67,9 +70,11 @@ class UvcCamera : public UsbDevice {
 
     int control(const Setup& setup, std::uint8_t* data) override {
         const int selector = setup.value >> 8, unit = setup.index >> 8, interface = setup.index & 255;
-        if (interface == 0 && unit == kUvcExtensionUnit) return d4xx_.extension(setup.request, selector, data, setup.length);
+        if (interface == 0 && unit == kUvcExtensionUnit)
+            return d4xx_.extension(setup.request, selector, data, setup.length);
         for (Stream& s : streams_)
-            if (s.kind->interface == interface && (selector == 1 || selector == 2)) return negotiate(s, setup.request, selector == 2, data, setup.length);
+            if (s.kind->interface == interface && (selector == 1 || selector == 2))
+                return negotiate(s, setup.request, selector == 2, data, setup.length);
         return kStall;
     }
 
@@ -80,7 +85,8 @@ class UvcCamera : public UsbDevice {
 
     int in(int endpoint, std::uint8_t* out, int size) override {
         for (Stream& s : streams_)
-            if (s.kind->endpoint == endpoint) return config_.bulk ? bulk_in(s, out, size) : iso_in(s, out, size);
+            if (s.kind->endpoint == endpoint)
+                return config_.bulk ? bulk_in(s, out, size) : iso_in(s, out, size);
         return kLater;
     }
 
@@ -94,11 +100,11 @@ class UvcCamera : public UsbDevice {
         std::uint8_t fid = 0;
         double next_at = 0;
         std::vector<std::uint8_t> image;
-        std::size_t pos = 0;                       // of image
-        std::vector<std::uint8_t> payload;         // bulk: header and body now on their way
+        std::size_t pos = 0;                // of image
+        std::vector<std::uint8_t> payload;  // bulk: header and body now on their way
         std::size_t payload_pos = 0;
-        bool last = false;                         // it ends the frame
-        bool end_payload = false;                  // a packet of no bytes has to end it
+        bool last = false;         // it ends the frame
+        bool end_payload = false;  // a packet of no bytes has to end it
         const UvcFormat& f() const { return kind->formats[static_cast<std::size_t>(format)]; }
         UvcSize wh() const { return kind->sizes[static_cast<std::size_t>(size)]; }
     };
@@ -114,7 +120,8 @@ class UvcCamera : public UsbDevice {
 
     std::uint32_t max_payload(const Stream& s) const {
         if (!config_.bulk) return 3072;
-        return payload_ > 0 ? static_cast<std::uint32_t>(payload_) : uvc_frame_bytes(s.f(), s.wh()) + 12 + 140;
+        return payload_ > 0 ? static_cast<std::uint32_t>(payload_)
+                            : uvc_frame_bytes(s.f(), s.wh()) + 12 + 140;
     }
 
     // VS_PROBE_CONTROL and VS_COMMIT_CONTROL: 34 bytes, UVC 1.1 table 4-75.
@@ -126,14 +133,22 @@ class UvcCamera : public UsbDevice {
                 s.format = format >= 1 && format <= static_cast<int>(s.kind->formats.size()) ? format - 1 : 0;
                 s.size = size >= 1 && size <= static_cast<int>(s.kind->sizes.size()) ? size - 1 : 0;
                 if (commit) {
-                    std::printf("emulator: %s streams %.4s %dx%d\n", s.kind->name, s.f().fourcc, s.wh().width, s.wh().height);
+                    std::printf("emulator: %s streams %.4s %dx%d\n", s.kind->name, s.f().fourcc, s.wh().width,
+                                s.wh().height);
                     if (config_.bulk) start(s);
                 }
                 return length;
             }
-            case 0x85: set16(data, 34); return 2;
-            case 0x86: data[0] = 3; return 1;
-            case 0x81: case 0x82: case 0x83: case 0x87: {
+            case 0x85:
+                set16(data, 34);
+                return 2;
+            case 0x86:
+                data[0] = 3;
+                return 1;
+            case 0x81:
+            case 0x82:
+            case 0x83:
+            case 0x87: {
                 std::uint8_t p[34];
                 std::memcpy(p, s.probe, 34);
                 p[2] = static_cast<std::uint8_t>(s.format + 1);
@@ -146,7 +161,8 @@ class UvcCamera : public UsbDevice {
                 std::memcpy(data, p, static_cast<std::size_t>(std::min(length, 34)));
                 return 34;
             }
-            default: return kStall;
+            default:
+                return kStall;
         }
     }
 
@@ -160,8 +176,11 @@ class UvcCamera : public UsbDevice {
                 for (int y = 0; y < h; ++y)
                     for (int x = 0; x < w; ++x) {
                         std::uint8_t* p = &rgb[3 * (static_cast<std::size_t>(y) * w + x)];
-                        if (picture_.recorded()) picture_.rgb(s.frame, x, y, p);
-                        else p[0] = p[1] = p[2] = pattern_jpeg_grey(s.frame, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
+                        if (picture_.recorded())
+                            picture_.rgb(s.frame, x, y, p);
+                        else
+                            p[0] = p[1] = p[2] = pattern_jpeg_grey(s.frame, static_cast<std::uint32_t>(x),
+                                                                   static_cast<std::uint32_t>(y));
                     }
                 kept = encode_jpeg(w, h, rgb);
             }
@@ -170,9 +189,11 @@ class UvcCamera : public UsbDevice {
         }
         const Format pixels = uvc_pixels(f, s.wh());
         s.image.resize(format_bytes(pixels));
-        if (!picture_.recorded()) pattern_fill(pixels, s.frame, s.image.data());
+        if (!picture_.recorded())
+            pattern_fill(pixels, s.frame, s.image.data());
         else if (s.kind->endpoint == 1)
-            format_fill(pixels, s.image.data(), [&](int x, int y) { return picture_.depth_mm(s.frame, x, y % h); });
+            format_fill(pixels, s.image.data(),
+                        [&](int x, int y) { return picture_.depth_mm(s.frame, x, y % h); });
         else {
             const int per = f.samples, luma_at = std::strcmp(f.fourcc, "UYVY") == 0 ? 1 : 0;
             format_fill(pixels, s.image.data(), [&](int column, int y) -> std::uint32_t {
@@ -209,11 +230,13 @@ class UvcCamera : public UsbDevice {
     std::vector<std::uint8_t> header(const Stream& s) {
         const double now = now_s();
         std::vector<std::uint8_t> h = {12, static_cast<std::uint8_t>(0x8c | s.fid)};
-        put32(h, static_cast<std::uint32_t>(static_cast<std::uint64_t>(s.frame) * (kUvcClockHz / static_cast<unsigned>(config_.fps))));
+        put32(h, static_cast<std::uint32_t>(static_cast<std::uint64_t>(s.frame) *
+                                            (kUvcClockHz / static_cast<unsigned>(config_.fps))));
         put32(h, static_cast<std::uint32_t>(static_cast<std::uint64_t>(now * kUvcClockHz)));
         put16(h, static_cast<unsigned>(now * 1000) & 0x7ff);  // USB frame number
         if (config_.bulk && payload_ == 0) {
-            const std::vector<std::uint8_t> meta = d4xx_.metadata(s.frame, s.f().d4xx, s.wh().width, s.wh().height, config_.fps);
+            const std::vector<std::uint8_t> meta =
+                d4xx_.metadata(s.frame, s.f().d4xx, s.wh().width, s.wh().height, config_.fps);
             h.insert(h.end(), meta.begin(), meta.end());
             h[0] = static_cast<std::uint8_t>(h.size());
         }
@@ -256,7 +279,8 @@ class UvcCamera : public UsbDevice {
             if (s.pos == 0 && !begin_frame(s)) return kLater;
             s.payload = header(s);
             s.payload_pos = 0;
-            const std::size_t most = max_payload(s), room = most > s.payload.size() ? most - s.payload.size() : 1;
+            const std::size_t most = max_payload(s),
+                              room = most > s.payload.size() ? most - s.payload.size() : 1;
             const auto from = s.image.begin() + static_cast<std::ptrdiff_t>(s.pos);
             const std::size_t n = std::min(room, s.image.size() - s.pos);
             s.payload.insert(s.payload.end(), from, from + static_cast<std::ptrdiff_t>(n));
@@ -301,15 +325,23 @@ int main(int argc, char** argv) {
             continue;
         }
         const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-        if (a == "--iso") config.bulk = false, --i;
-        else if (value == nullptr) return std::fputs(rig::kUsage, stderr), 2;
-        else if (a == "--id" && std::sscanf(value, "%x:%x", reinterpret_cast<unsigned*>(&config.vendor), reinterpret_cast<unsigned*>(&config.product)) == 2) {}
-        else if (a == "--fps") config.fps = std::max(1, std::atoi(value));
-        else if (a == "--payload") payload = std::atoi(value);
-        else if (a == "--calibration") calibration = value;
-        else if (a == "--absurd") config.absurd = value;
-        else if (a == "--frames" && picture.open(value)) {}
-        else return std::fputs(rig::kUsage, stderr), 2;
+        if (a == "--iso")
+            config.bulk = false, --i;
+        else if (value == nullptr)
+            return std::fputs(rig::kUsage, stderr), 2;
+        else if (a == "--id" && std::sscanf(value, "%x:%x", reinterpret_cast<unsigned*>(&config.vendor),
+                                            reinterpret_cast<unsigned*>(&config.product)) == 2) {
+        } else if (a == "--fps")
+            config.fps = std::max(1, std::atoi(value));
+        else if (a == "--payload")
+            payload = std::atoi(value);
+        else if (a == "--calibration")
+            calibration = value;
+        else if (a == "--absurd")
+            config.absurd = value;
+        else if (a == "--frames" && picture.open(value)) {
+        } else
+            return std::fputs(rig::kUsage, stderr), 2;
         i += 2;
     }
     rig::UvcCamera camera(config, payload, calibration, picture, faults);

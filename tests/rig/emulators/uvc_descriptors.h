@@ -13,13 +13,13 @@ namespace rig {
 struct UvcFormat {
     const char* fourcc;  // by which V4L2 knows it
     std::uint8_t guid[16];
-    int bits;            // a pixel, as the descriptor says
+    int bits;  // a pixel, as the descriptor says
     Layout layout;
     int sample_bits;
-    int samples;         // a pixel and plane
+    int samples;  // a pixel and plane
     int planes;
     bool jpeg;
-    int d4xx;            // image format code in the metadata
+    int d4xx;  // image format code in the metadata
 };
 
 struct UvcSize {
@@ -33,12 +33,13 @@ struct UvcStreamKind {
     std::vector<UvcSize> sizes;
 };
 
-// Depth and infrared hang on one control interface, with the extension unit (unit 3); colour has its own, as in a D435.
+// Depth and infrared hang on one control interface, with the extension unit (unit 3); colour has its own, as
+// in a D435.
 const std::vector<UvcStreamKind>& uvc_streams();
 inline constexpr int kUvcExtensionUnit = 3;
 inline constexpr int kUvcSecondControl = 3;
 
-Format uvc_pixels(const UvcFormat& format, UvcSize size);        // layout of a frame (not of JPEG)
+Format uvc_pixels(const UvcFormat& format, UvcSize size);              // layout of a frame (not of JPEG)
 std::uint32_t uvc_frame_bytes(const UvcFormat& format, UvcSize size);  // of JPEG: at most
 
 struct UvcConfig {

@@ -55,8 +55,10 @@ bool VirtualBus::plug(Port& port) {
     const int first = port.number >= 0 ? port.number : 0, last = port.number >= 0 ? port.number : kPorts - 1;
     for (int number = first; number <= last; ++number) {
         int pair[2];
-        if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0) std::perror("socketpair"), std::exit(1);
-        const int room = 8 << 20;  // whole frames fit in, so that neither end waits for the other in mid-frame
+        if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
+            std::perror("socketpair"), std::exit(1);
+        const int room =
+            8 << 20;  // whole frames fit in, so that neither end waits for the other in mid-frame
         for (const int s : pair) {
             setsockopt(s, SOL_SOCKET, SO_SNDBUFFORCE, &room, sizeof room);
             setsockopt(s, SOL_SOCKET, SO_RCVBUFFORCE, &room, sizeof room);
@@ -64,10 +66,11 @@ bool VirtualBus::plug(Port& port) {
         const int attach = open("/sys/devices/platform/vhci_hcd.0/attach", O_WRONLY | O_CLOEXEC);
         if (attach < 0) std::perror("vhci_hcd.0/attach (is the module vhci-hcd loaded?)"), std::exit(1);
         char line[64];
-        const int n = std::snprintf(line, sizeof line, "%d %d %d %d", number, pair[0], 1 << 16 | (number + 1), port.speed);
+        const int n = std::snprintf(line, sizeof line, "%d %d %d %d", number, pair[0], 1 << 16 | (number + 1),
+                                    port.speed);
         const bool attached = write(attach, line, static_cast<std::size_t>(n)) == n;
         close(attach);
-        close(pair[0]);  // the kernel has its own reference
+        close(pair[0]);   // the kernel has its own reference
         if (!attached) {  // taken, or still being torn down
             close(pair[1]);
             continue;
@@ -100,7 +103,8 @@ int VirtualBus::run() {
     const double began = now_s();
     for (Port& port : ports_) {
         while (!plug(port)) {
-            if (now_s() - began > 5) std::fprintf(stderr, "emulator: no free port of vhci_hcd\n"), std::exit(1);
+            if (now_s() - began > 5)
+                std::fprintf(stderr, "emulator: no free port of vhci_hcd\n"), std::exit(1);
             usleep(20000);
         }
     }
@@ -112,18 +116,23 @@ int VirtualBus::run() {
             waiting = waiting || !port.waiting.empty() || port.socket < 0;
         }
         fds.push_back({faults_.fifo(), POLLIN, 0});
-        if (poll(fds.data(), fds.size(), waiting ? 1 : 1000) < 0 && errno != EINTR) std::perror("poll"), std::exit(1);
+        if (poll(fds.data(), fds.size(), waiting ? 1 : 1000) < 0 && errno != EINTR)
+            std::perror("poll"), std::exit(1);
         faults_.poll_fifo();
         for (std::size_t i = 0; i < ports_.size(); ++i) {
             Port& port = ports_[i];
             if (port.socket < 0) continue;
             bool alive = true;
-            if ((fds[i].revents & (POLLIN | POLLHUP)) != 0) alive = receive(port);
-            else if (!port.waiting.empty()) alive = serve_waiting(port);
+            if ((fds[i].revents & (POLLIN | POLLHUP)) != 0)
+                alive = receive(port);
+            else if (!port.waiting.empty())
+                alive = serve_waiting(port);
             if (!alive && !faults_.unplug) {
                 // The host has detached the port; the emulator ends, as a camera loses its power.
                 unplug(port);
-                if (std::all_of(ports_.begin(), ports_.end(), [](const Port& p) { return p.socket < 0; }) && replug_at_ == 0) return 0;
+                if (std::all_of(ports_.begin(), ports_.end(), [](const Port& p) { return p.socket < 0; }) &&
+                    replug_at_ == 0)
+                    return 0;
             }
         }
         if (faults_.unplug) {
@@ -147,12 +156,14 @@ bool VirtualBus::receive(Port& port) {
     for (int i = 0; i < 10; ++i) h[i] = ntohl(h[i]);
     if (h[0] == kUnlink) {
         int status = 0;
-        const auto it = std::find_if(port.waiting.begin(), port.waiting.end(), [&](const Request& r) { return r.sequence == h[5]; });
+        const auto it = std::find_if(port.waiting.begin(), port.waiting.end(),
+                                     [&](const Request& r) { return r.sequence == h[5]; });
         if (it != port.waiting.end()) {
             port.waiting.erase(it);
             status = -ECONNRESET;
         }
-        std::uint32_t r[12] = {htonl(kReturnUnlink), htonl(h[1]), 0, 0, 0, htonl(static_cast<std::uint32_t>(status))};
+        std::uint32_t r[12] = {
+            htonl(kReturnUnlink), htonl(h[1]), 0, 0, 0, htonl(static_cast<std::uint32_t>(status))};
         return transfer(port.socket, r, sizeof r, true);
     }
     Request request;
@@ -163,13 +174,17 @@ bool VirtualBus::receive(Port& port) {
     request.start_frame = static_cast<int>(h[7]);
     const int packets = static_cast<std::int32_t>(h[8]) > 0 ? static_cast<int>(h[8]) : 0;
     const auto* s = reinterpret_cast<const std::uint8_t*>(h + 10);
-    request.setup = {s[0], s[1], static_cast<std::uint16_t>(get16(s + 2)), static_cast<std::uint16_t>(get16(s + 4)),
-                     static_cast<std::uint16_t>(get16(s + 6))};
-    request.data.resize(static_cast<std::size_t>(request.length) + 1024);  // replies may be longer than asked for: cut later
-    if (!request.in && request.length > 0 && !transfer(port.socket, request.data.data(), static_cast<std::size_t>(request.length), false)) return false;
+    request.setup = {s[0], s[1], static_cast<std::uint16_t>(get16(s + 2)),
+                     static_cast<std::uint16_t>(get16(s + 4)), static_cast<std::uint16_t>(get16(s + 6))};
+    request.data.resize(static_cast<std::size_t>(request.length) +
+                        1024);  // replies may be longer than asked for: cut later
+    if (!request.in && request.length > 0 &&
+        !transfer(port.socket, request.data.data(), static_cast<std::size_t>(request.length), false))
+        return false;
     if (packets > 0) {
         request.packets.resize(4 * static_cast<std::size_t>(packets));
-        if (!transfer(port.socket, request.packets.data(), 16 * static_cast<std::size_t>(packets), false)) return false;
+        if (!transfer(port.socket, request.packets.data(), 16 * static_cast<std::size_t>(packets), false))
+            return false;
         for (std::uint32_t& v : request.packets) v = ntohl(v);
     }
     if (request.endpoint == 0) {
@@ -236,15 +251,24 @@ bool VirtualBus::serve_one(Port& port, Request& request, bool* done) {
 }
 
 bool VirtualBus::reply(Port& port, Request& request, int status, int actual, int errors) {
-    std::uint32_t h[12] = {htonl(kReturnSubmit), htonl(request.sequence), 0, 0, 0,
-                           htonl(static_cast<std::uint32_t>(status)), htonl(static_cast<std::uint32_t>(actual)),
+    std::uint32_t h[12] = {htonl(kReturnSubmit),
+                           htonl(request.sequence),
+                           0,
+                           0,
+                           0,
+                           htonl(static_cast<std::uint32_t>(status)),
+                           htonl(static_cast<std::uint32_t>(actual)),
                            htonl(static_cast<std::uint32_t>(request.start_frame)),
-                           htonl(static_cast<std::uint32_t>(request.packets.size() / 4)), htonl(static_cast<std::uint32_t>(errors))};
+                           htonl(static_cast<std::uint32_t>(request.packets.size() / 4)),
+                           htonl(static_cast<std::uint32_t>(errors))};
     if (!transfer(port.socket, h, sizeof h, true)) return false;
     if (request.packets.empty())
-        return !request.in || actual == 0 || transfer(port.socket, request.data.data(), static_cast<std::size_t>(actual), true);
+        return !request.in || actual == 0 ||
+               transfer(port.socket, request.data.data(), static_cast<std::size_t>(actual), true);
     for (std::size_t i = 0; request.in && i < request.packets.size(); i += 4)
-        if (request.packets[i + 2] != 0 && !transfer(port.socket, request.data.data() + request.packets[i], request.packets[i + 2], true)) return false;
+        if (request.packets[i + 2] != 0 &&
+            !transfer(port.socket, request.data.data() + request.packets[i], request.packets[i + 2], true))
+            return false;
     std::vector<std::uint32_t> wire(request.packets);
     for (std::uint32_t& v : wire) v = htonl(v);
     return transfer(port.socket, wire.data(), 4 * wire.size(), true);
@@ -264,20 +288,34 @@ int VirtualBus::standard(UsbDevice& device, const Setup& setup, std::uint8_t* da
             if (setup.value >> 8 == 3) {
                 if (index == 0) return send({4, 3, 9, 4});  // US English
                 if (index > device.strings.size()) return kStall;
-                std::vector<std::uint8_t> text = {static_cast<std::uint8_t>(2 + 2 * device.strings[index - 1].size()), 3};
+                std::vector<std::uint8_t> text = {
+                    static_cast<std::uint8_t>(2 + 2 * device.strings[index - 1].size()), 3};
                 for (const char c : device.strings[index - 1]) put16(text, static_cast<unsigned char>(c));
                 return send(text);
             }
             return kStall;  // no device qualifier, no BOS
-        case 0x8000: case 0x8100: case 0x8200: return send({0, 0});                                 // GET_STATUS
-        case 0x8008: return send({1});                                                              // GET_CONFIGURATION
-        case 0x810a: return send({device.alternate[setup.index & 7]});                              // GET_INTERFACE
-        case 0x0001: case 0x0003: case 0x0009: case 0x0101: case 0x0103: case 0x0201: case 0x0203: return 0;
-        case 0x010b:                                                                                // SET_INTERFACE
+        case 0x8000:
+        case 0x8100:
+        case 0x8200:
+            return send({0, 0});  // GET_STATUS
+        case 0x8008:
+            return send({1});  // GET_CONFIGURATION
+        case 0x810a:
+            return send({device.alternate[setup.index & 7]});  // GET_INTERFACE
+        case 0x0001:
+        case 0x0003:
+        case 0x0009:
+        case 0x0101:
+        case 0x0103:
+        case 0x0201:
+        case 0x0203:
+            return 0;
+        case 0x010b:  // SET_INTERFACE
             device.alternate[setup.index & 7] = static_cast<std::uint8_t>(setup.value);
             device.set_alternate(setup.index & 7, setup.value);
             return 0;
-        default: return kStall;
+        default:
+            return kStall;
     }
 }
 
