@@ -17,7 +17,7 @@ plug() {
 }
 
 # The host has given it a configuration: its interface is there.
-configured() { ls -d /sys/bus/usb/devices/[0-9]-[0-9]:1.0 >/dev/null 2>&1; }
+configured() { any /sys/bus/usb/devices/[0-9]-[1-9]:1.0; }
 
 unplug() {
     [ -n "$emulator_pid" ] || return 0
@@ -27,7 +27,15 @@ unplug() {
     wait_for no_usb
 }
 
-no_usb() { ! ls -d /sys/bus/usb/devices/[0-9]-[0-9] >/dev/null 2>&1; }
+no_usb() { ! any /sys/bus/usb/devices/[0-9]-[1-9]; }
+
+# One of these files exists. (ls of several fails already when one goes meanwhile.)
+any() {
+    for file in "$@"; do
+        [ ! -e "$file" ] || return 0
+    done
+    return 1
+}
 
 # tell WORDS...: a command to the emulator (emulators/faults.h).
 tell() { echo "$*" >/tmp/fifo; }
