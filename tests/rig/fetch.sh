@@ -3,12 +3,14 @@
 #     tests/rig/fetch.sh amd64|arm64 FOLDER
 #
 # Puts what a guest is made of into FOLDER, from the distribution's archive, without installing anything: boot/vmlinuz-*, its
-# modules with their dependencies worked out, and a static busybox. Nothing is done when they are there.
+# modules with their dependencies worked out, a static busybox, and udev with what it needs (libusb learns of plugged devices
+# from it alone). Nothing is done when they are there.
 set -euo pipefail
 [[ $# == 2 ]] || { sed -n '3s/^# *//p' "$0" >&2; exit 2; }
 architecture=$1 folder=$2
 fail() { printf 'fetch.sh: %s\n' "$*" >&2; exit 1; }
-[[ ! -e $folder/.complete ]] || exit 0
+packages=(busybox-static udev libudev1 libkmod2 libacl1 libblkid1 libcap2 libselinux1 libpcre2-8-0 liblzma5 libzstd1 libssl3)
+[[ $(cat "$folder/.complete" 2>/dev/null) != "${packages[*]}" ]] || exit 0
 
 rm -rf "$folder" "$folder.apt"
 mkdir -p "$folder" "$folder.apt"/{lists,archives}/partial
@@ -28,8 +30,8 @@ if [[ -z $image ]] || ! apt-cache "${options[@]}" show "$image" >/dev/null 2>&1;
         grep -E "^linux-image-[0-9.]+-[0-9]+-$architecture\$" | sort -V | tail -n 1)
 fi
 [[ -n $image ]] || { tail -n 20 "$place/log" >&2; fail "the archive has no linux-image-*-$architecture"; }
-(cd "$place/archives" && apt-get "${options[@]}" download "$image" busybox-static) >>"$place/log" 2>&1 ||
-    { tail -n 20 "$place/log" >&2; fail "apt-get could not fetch $image or busybox-static for $architecture"; }
+(cd "$place/archives" && apt-get "${options[@]}" download "$image" "${packages[@]}") >>"$place/log" 2>&1 ||
+    { tail -n 20 "$place/log" >&2; fail "apt-get could not fetch for $architecture: $image ${packages[*]}"; }
 
 # Of 400 MB of modules those that a stage may want: a tenth, and so a tenth of the time.
 version=${image#linux-image-} modules=./lib/modules/${image#linux-image-}
@@ -39,7 +41,8 @@ dpkg-deb --fsys-tarfile "$place"/archives/linux-image-*.deb | tar -x -C "$folder
     grep -qv 'Not found in archive\|Exiting with failure' "$place/tar" && { cat "$place/tar" >&2; fail "cannot unpack $image"; }
 [[ -e $folder/boot/vmlinuz-$version ]] || fail "no kernel in $image"
 depmod -b "$folder" "$version" 2>/dev/null || fail "depmod failed for $image"
-dpkg-deb --extract "$place"/archives/busybox-static_*.deb "$folder"
-[[ -x $folder/bin/busybox ]] || fail "no bin/busybox in busybox-static"
+rm "$place"/archives/linux-image-*.deb
+for package in "$place"/archives/*.deb; do dpkg-deb --extract "$package" "$folder"; done
+[[ -x $folder/bin/busybox && -x $folder/bin/udevadm ]] || fail "no bin/busybox or bin/udevadm in their packages"
 rm -rf "$place"
-touch "$folder/.complete"
+printf '%s' "${packages[*]}" >"$folder/.complete"

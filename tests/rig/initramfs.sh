@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 #     tests/rig/initramfs.sh amd64|arm64 GUEST SYSROOT OUT FILE[:PLACE]...
 #
-# Packs OUT, a root file system for the kernel in GUEST (what fetch.sh unpacked): busybox, the modules below with all they need in
-# the order to load them, guest/init and guest/library.sh, and the FILEs at their PLACEs (default /bin/NAME). Programs bring
+# Packs OUT, a root file system for the kernel in GUEST (what fetch.sh unpacked): busybox, udev, the modules below with all they need
+# in the order to load them, guest/init and guest/library.sh, and the FILEs at their PLACEs (default /bin/NAME). Programs bring
 # their shared libraries along, found under SYSROOT (empty: this machine).
 set -euo pipefail
 [[ $# -ge 4 ]] || { sed -n '3s/^# *//p' "$0" >&2; exit 2; }
@@ -41,7 +41,7 @@ libraries() {
         [[ ! -e $root/lib/$name ]] || continue
         place=
         # The cross compiler has its own copies of the C and C++ libraries; the sysroot's come first, being what others were built with.
-        for folder in "$sysroot"/{usr/lib,lib}/"$triple" "/usr/$triple/lib"; do
+        for folder in "$sysroot"/{usr/lib,lib}/"$triple" "/usr/$triple/lib" "$guest"/{usr/lib,lib}/"$triple"; do
             [[ ! -e $folder/$name ]] || { place=$folder/$name; break; }
         done
         [[ -n $place ]] || fail "no $name, which $(basename "$1") needs, under ${sysroot:-/}"
@@ -50,7 +50,7 @@ libraries() {
     done
 }
 
-for file; do
+for file in "$guest/bin/udevadm" "$@"; do
     source=${file%%:*} place=${file#*:}
     [[ $place != "$file" ]] || place=/bin/$(basename "$source")
     mkdir -p "$root/$(dirname "$place")"

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: MIT
-// rig_freenect: libfreenect as a judge of the emulated Kinect.   rig_freenect FRAMES
-// depth11|depth10|bayer|uyvy|ir|both|motor
+// rig_freenect: libfreenect as a judge of the emulated Kinect.
+//     rig_freenect FRAMES depth11|depth10|mm|registered|bayer|uyvy|ir|both|motor [OPTION]...
+//     --faulty      libfreenect delivers frames with packets missing too: wrong pixels are no failure
+//     --save FILE   the last depth frame, u16 (of `registered` and of a --still emulator something to compare
+//     with)
 #include <libfreenect.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <string>
+#include <vector>
 
+#include "../emulators/ps_protocol.h"
 #include "../pattern.h"
 
 namespace {
@@ -17,11 +23,37 @@ struct Count {
     rig::Format format;
     int frames = 0;
     long wrong = 0;
+    enum { pattern, millimetres, unknown } what = pattern;
+    std::vector<std::uint8_t> last;
     void take(const void* data) {
+        const auto* bytes = static_cast<const std::uint8_t*>(data);
+        if (format.layout == rig::Layout::u16) last.assign(bytes, bytes + rig::format_bytes(format));
+        ++frames;
+        if (what == unknown) return;
+        if (what == millimetres) {
+            wrong += wrong_millimetres(bytes);
+            return;
+        }
         std::uint32_t n = 0;
         wrong +=
             static_cast<long>(rig::pattern_mismatches(format, static_cast<const std::uint8_t*>(data), &n));
-        ++frames;
+    }
+    // libfreenect knows no cut-off and clips at 10 m; so only readings with a distance between are compared.
+    long wrong_millimetres(const std::uint8_t* bytes) const {
+        const std::size_t n = 640 * 480;
+        long least = static_cast<long>(n);
+        for (std::uint32_t number = 0; number < 64 && least > 0; ++number) {  // the first frames of a stream
+            long bad = 0;
+            for (std::size_t i = 0; i < n && bad < least; ++i) {
+                const int reading = static_cast<int>(rig::pattern(number, static_cast<std::uint32_t>(i % 640),
+                                                                  static_cast<std::uint32_t>(i / 640)) &
+                                                     2047);
+                const int mm = rig::ps_depth_mm(rig::PsConstants(), reading);
+                if (mm > 0 && mm != static_cast<int>(rig::get16(bytes + 2 * i))) ++bad;
+            }
+            least = std::min(least, bad);
+        }
+        return least;
     }
 } depth, video;
 
@@ -53,18 +85,27 @@ int main(int argc, char** argv) {
     if (freenect_open_device(context, &device, 0) != 0)
         return std::puts("libfreenect cannot open the device"), 1;
     if (what == "motor") return motor(device);
-    const bool with_depth = what.compare(0, 5, "depth") == 0 || what == "both",
+    const bool with_depth =
+                   what.compare(0, 5, "depth") == 0 || what == "both" || what == "mm" || what == "registered",
                with_video = !with_depth || what == "both";
     const bool ten = what == "depth10";
     // libfreenect unpacks 11 and 10 bits to 16; infrared frames have 488 rows.
     depth.format = {Layout::u16, ten ? 10 : 11, 640, 480};
+    freenect_depth_format depth_format = ten ? FREENECT_DEPTH_10BIT : FREENECT_DEPTH_11BIT;
+    if (what == "mm") depth_format = FREENECT_DEPTH_MM, depth.what = Count::millimetres;
+    if (what == "registered") depth_format = FREENECT_DEPTH_REGISTERED, depth.what = Count::unknown;
+    bool faulty = false;
+    std::string save;
+    for (int i = 3; i < argc; ++i) {
+        if (std::strcmp(argv[i], "--faulty") == 0) faulty = true;
+        if (std::strcmp(argv[i], "--save") == 0 && i + 1 < argc) save = argv[++i];
+    }
     freenect_video_format video_format = FREENECT_VIDEO_BAYER;
     video.format = {Layout::u8, 8, 640, 480};
     if (what == "uyvy") video_format = FREENECT_VIDEO_YUV_RAW, video.format.columns = 1280;
     if (what == "ir") video_format = FREENECT_VIDEO_IR_10BIT, video.format = {Layout::u16, 10, 640, 488};
-    if (freenect_set_depth_mode(
-            device, freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM,
-                                             ten ? FREENECT_DEPTH_10BIT : FREENECT_DEPTH_11BIT)) != 0 ||
+    if (freenect_set_depth_mode(device, freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM, depth_format)) !=
+            0 ||
         freenect_set_video_mode(device, freenect_find_video_mode(FREENECT_RESOLUTION_MEDIUM, video_format)) !=
             0)
         return std::puts("libfreenect refuses the mode"), 1;
@@ -85,5 +126,11 @@ int main(int argc, char** argv) {
     std::printf("%d depth and %d video frames, %ld wrong pixels\n", depth.frames, video.frames,
                 depth.wrong + video.wrong);
     const bool enough = (!with_depth || depth.frames >= want) && (!with_video || video.frames >= want);
-    return enough && depth.wrong + video.wrong == 0 ? 0 : 1;
+    if (!save.empty()) {
+        FILE* f = std::fopen(save.c_str(), "wb");
+        if (f == nullptr || std::fwrite(depth.last.data(), 1, depth.last.size(), f) != depth.last.size() ||
+            std::fclose(f) != 0)
+            return std::perror(save.c_str()), 1;
+    }
+    return enough && (faulty || depth.wrong + video.wrong == 0) ? 0 : 1;
 }

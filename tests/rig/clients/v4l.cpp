@@ -30,6 +30,7 @@ constexpr char kUsage[] =
     "pattern\n"
     "    --plain       no pattern in it: sizes and sequence only\n"
     "    --damaged N   at most N frames may be flagged, short or out of sequence\n"
+    "    --flagged-at-least N   --gaps-at-least N   so many must be\n"
     "    --until-gone  runs until the device goes, and expects ENODEV\n"
     "    --save FILE   keeps the last frame\n"
     "rig_v4l NODE meta FOURCC FRAMES DEPTH_NODE     metadata buffers beside Z16 640x480: frame counter and "
@@ -133,7 +134,7 @@ int list(int fd, int type) {
 
 struct GrabOptions {
     std::string code, save;
-    int width = 0, height = 0, frames = 0, damaged = 0;
+    int width = 0, height = 0, frames = 0, damaged = 0, least_flagged = 0, least_gaps = 0;
     bool plain = false, until_gone = false, big_endian = false;
 };
 
@@ -209,7 +210,10 @@ int grab(int fd, int type, const GrabOptions& o) {
     std::printf("%d frames %s %dx%d in %.2f s, %ld wrong pixels, %d gaps, %d flagged, %d short\n", whole,
                 o.code.c_str(), o.width, o.height, s, wrong, gaps, flagged, shorts);
     // Gaps are no fault of the emulator: an emulated processor may be late. Whatever comes must be right.
-    return wrong == 0 && whole == o.frames && flagged + shorts <= o.damaged && !o.until_gone ? 0 : 1;
+    return wrong == 0 && whole == o.frames && flagged + shorts <= o.damaged && flagged >= o.least_flagged &&
+                   gaps >= o.least_gaps && !o.until_gone
+               ? 0
+               : 1;
 }
 
 int metadata(int fd, const std::string& code, int frames, const char* depth_node) {
@@ -330,6 +334,10 @@ int main(int argc, char** argv) {
             o.plain = true;
         else if (a == "--until-gone")
             o.until_gone = true;
+        else if (a == "--flagged-at-least" && i + 1 < argc)
+            o.least_flagged = std::atoi(argv[++i]);
+        else if (a == "--gaps-at-least" && i + 1 < argc)
+            o.least_gaps = std::atoi(argv[++i]);
         else if (a == "--damaged" && i + 1 < argc)
             o.damaged = std::atoi(argv[++i]);
         else if (a == "--save" && i + 1 < argc)

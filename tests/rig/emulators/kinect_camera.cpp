@@ -13,7 +13,8 @@ namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_kinect [--fps N] [--frames FILE] [--calibration good|zero|nan|negative|huge] [--no-motor] [-f "
+    "rig_kinect [--fps N] [--frames FILE] [--still N] [--calibration good|zero|nan|negative|huge] "
+    "[--no-motor] [-f "
     "COMMAND]... [-F FIFO]\n";
 
 constexpr int kDepthChunk = 1748, kVideoChunk = 1908;  // what real ones send
@@ -45,10 +46,11 @@ class KinectCamera : public PsControl {
 
     int in(int endpoint, std::uint8_t* out, int size) override {
         if (endpoint == 2)
-            return depth_.packet(out, size, fps_, faults_, true,
-                                 [&](std::uint32_t n, auto& image) { paint_depth(n, image); });
+            return depth_.packet(out, size, fps_, faults_, true, [&](std::uint32_t n, auto& image) {
+                paint_depth(picture_.number(n), image);
+            });
         return video_.packet(out, size, fps_, faults_, !depth_.on(),
-                             [&](std::uint32_t n, auto& image) { paint_video(n, image); });
+                             [&](std::uint32_t n, auto& image) { paint_video(picture_.number(n), image); });
     }
 
   protected:
@@ -73,7 +75,7 @@ class KinectCamera : public PsControl {
                 if (what == 0x41)
                     reply->assign(6, 0);  // padding of registered depth: none
                 else if (what == 0x40)
-                    registration(*reply);  // 29 words of 32 bits
+                    *reply = ps_registration();
                 else if (what == 0)
                     put16(*reply, static_cast<unsigned>(constants_.shift));
                 else
@@ -89,14 +91,6 @@ class KinectCamera : public PsControl {
     }
 
   private:
-    // Polynomials of a device, so that hosts have something to compute with: offsets only, no distortion. The
-    // order of fields is libfreenect's registration.c (freenect_reg_info).
-    static void registration(std::vector<std::uint8_t>& reply) {
-        const std::int32_t info[29] = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-                                       0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-        for (const std::int32_t v : info) put32(reply, static_cast<std::uint32_t>(v));
-    }
-
     void paint_depth(std::uint32_t n, std::vector<std::uint8_t>& image) const {
         const Format f = {Layout::packed, registers_[0x12] == 2 ? 10 : 11, 640, 480};
         image.resize(format_bytes(f));
@@ -187,7 +181,7 @@ int main(int argc, char** argv) {
     bool with_motor = true;
     for (int i = 1; i < argc;) {
         const std::string a = argv[i];
-        if (const int n = faults.argument(argc, argv, i); n > 0) {
+        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
             i += n;
             continue;
         }
@@ -200,8 +194,7 @@ int main(int argc, char** argv) {
             fps = std::max(1, std::atoi(value));
         else if (a == "--calibration")
             calibration = value;
-        else if (a == "--frames" && picture.open(value)) {
-        } else
+        else
             return std::fputs(rig::kUsage, stderr), 2;
         i += 2;
     }

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 
 namespace rig {
 
@@ -14,14 +16,27 @@ namespace {
 constexpr std::size_t kHeader = 4096;
 }
 
-bool Picture::open(const std::string& path) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+int Picture::argument(int argc, char** argv, int i) {
+    if (i + 1 >= argc) return 0;
+    if (std::strcmp(argv[i], "--still") == 0) {
+        still_ = std::atoi(argv[i + 1]);
+        return 2;
+    }
+    if (std::strcmp(argv[i], "--frames") == 0) {
+        if (!open(argv[i + 1])) std::exit(2);
+        return 2;
+    }
+    return 0;
+}
+
+bool Picture::open(const char* path) {
+    const int fd = ::open(path, O_RDONLY | O_CLOEXEC);
     char line[128] = "";
     if (fd < 0 || pread(fd, line, sizeof line - 1, 0) < 16 ||
         std::sscanf(line, "rig %d %d %d %d %d", &frames_, &depth_w_, &depth_h_, &colour_w_, &colour_h_) !=
             5 ||
         frames_ < 1) {
-        std::fprintf(stderr, "emulator: %s: expected a file of rendered frames\n", path.c_str());
+        std::fprintf(stderr, "emulator: %s: expected a file of rendered frames\n", path);
         if (fd >= 0) close(fd);
         return false;
     }
@@ -30,7 +45,7 @@ bool Picture::open(const std::string& path) {
     void* p = mmap(nullptr, kHeader + frame_bytes_ * frames_, PROT_READ, MAP_SHARED, fd, 0);
     close(fd);
     if (p == MAP_FAILED) {
-        std::perror(path.c_str());
+        std::perror(path);
         return false;
     }
     data_ = static_cast<const std::uint8_t*>(p);

@@ -18,7 +18,14 @@ namespace rig {
 
 class Picture {
   public:
-    bool open(const std::string& path);  // false: errno, or no such file format (a line on stderr)
+    // Understands --frames FILE and --still N (every frame is frame N of the pattern or file); returns how
+    // many arguments were taken at argv[i], 0 for none. What cannot be read ends the program with a line.
+    int argument(int argc, char** argv, int i);
+
+    // The frame to show as the stream's n-th.
+    std::uint32_t number(std::uint32_t n) const {
+        return still_ >= 0 ? static_cast<std::uint32_t>(still_) : n;
+    }
     bool recorded() const { return data_ != nullptr; }
     int depth_width() const { return depth_w_; }
     int depth_height() const { return depth_h_; }
@@ -31,7 +38,9 @@ class Picture {
     void rgb(std::uint32_t frame, int x, int y, std::uint8_t out[3]) const;
 
   private:
+    bool open(const char* path);
     const std::uint8_t* at(std::uint32_t frame) const;
+    int still_ = -1;
     const std::uint8_t* data_ = nullptr;
     int frames_ = 0, depth_w_ = 0, depth_h_ = 0, colour_w_ = 0, colour_h_ = 0;
     std::size_t frame_bytes_ = 0;

@@ -13,7 +13,8 @@ namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_ps1080 [--id VENDOR:PRODUCT] [--fps N] [--frames FILE] [--calibration good|zero|nan|negative|huge] "
+    "rig_ps1080 [--id VENDOR:PRODUCT] [--fps N] [--frames FILE] [--still N] [--calibration "
+    "good|zero|nan|negative|huge] "
     "[-f COMMAND]... [-F FIFO]\n";
 
 constexpr int kDepthChunk = 1748, kImageChunk = 1908;
@@ -86,6 +87,35 @@ class NibbleWriter {
     bool begun_ = false, half_ = false;
 };
 
+// Compressed images are nibbles too: 0-c a difference of -6..6; f and two nibbles a value; d nothing. Running
+// values, one for each channel, begin at 0 in each row; both lumas of a pair share one.
+void compress_image(const std::vector<std::uint8_t>& bytes, int columns, bool yuv,
+                    std::vector<std::uint8_t>& out) {
+    static constexpr int kYuvChannel[4] = {0, 1, 2, 1};
+    out.clear();
+    bool half = false;
+    const auto put = [&](int nibble) {
+        if (half)
+            out.back() = static_cast<std::uint8_t>(out.back() | (nibble & 15));
+        else
+            out.push_back(static_cast<std::uint8_t>((nibble & 15) << 4));
+        half = !half;
+    };
+    int last[3] = {};
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        const int column = static_cast<int>(i % static_cast<std::size_t>(columns)),
+                  channel = yuv ? kYuvChannel[column % 4] : column % 2;
+        if (column == 0) last[0] = last[1] = last[2] = 0;
+        const int d = bytes[i] - last[channel];
+        if (d >= -6 && d <= 6)
+            put(d + 6);
+        else
+            put(15), put(bytes[i] >> 4), put(bytes[i]);
+        last[channel] = bytes[i];
+    }
+    if (half) put(13);
+}
+
 class Ps1080 : public PsControl {
   public:
     Ps1080(Faults& faults, const Picture& picture, const std::string& calibration, int fps, unsigned vendor,
@@ -126,8 +156,8 @@ class Ps1080 : public PsControl {
 
     int in(int endpoint, std::uint8_t* out, int size) override {
         const bool iso = alternate[0] == 1;
-        const auto depth = [&](std::uint32_t n, auto& v) { paint_depth(n, v); };
-        const auto image = [&](std::uint32_t n, auto& v) { paint_image(n, v); };
+        const auto depth = [&](std::uint32_t n, auto& v) { paint_depth(picture_.number(n), v); };
+        const auto image = [&](std::uint32_t n, auto& v) { paint_image(picture_.number(n), v); };
         if (endpoint == 1)
             return iso ? depth_.packet(out, size, fps_, faults_, true, depth)
                        : depth_.bytes(out, size, fps_, faults_, true, depth);
@@ -181,7 +211,7 @@ class Ps1080 : public PsControl {
             case 22:
                 return algorithm(a0, 2 * get16(a + 8), *reply);
             case 36:  // modes of the image sensor: format, resolution, rate
-                for (const unsigned format : {5u, 7u, 6u})
+                for (const unsigned format : {5u, 7u, 6u, 1u, 0u})
                     for (const unsigned resolution : {0u, 1u})
                         put16(*reply, format), put16(*reply, resolution), put16(*reply, 30);
                 put16(*reply, 6), put16(*reply, 2), put16(*reply, 30);
@@ -207,7 +237,7 @@ class Ps1080 : public PsControl {
                 put16(all, static_cast<unsigned>(constants_.shift));
                 break;
             case 0x02:
-                all = registration();
+                all = ps_registration();
                 break;
             case 0x03:
                 all.assign(6, 0);
@@ -230,13 +260,6 @@ class Ps1080 : public PsControl {
         }
         if (offset < all.size()) reply.assign(all.begin() + static_cast<std::ptrdiff_t>(offset), all.end());
         return 0;
-    }
-
-    // 29 words of 32 bits (XnRegistrationInformation1080). No distortion, a shift by the parallax alone.
-    static std::vector<std::uint8_t> registration() {
-        std::vector<std::uint8_t> v;
-        for (int i = 0; i < 29; ++i) put32(v, i == 1 ? 1u : 0u);
-        return v;
     }
 
     int shift(std::uint32_t n, int x, int y) const {
@@ -272,6 +295,15 @@ class Ps1080 : public PsControl {
     }
 
     void paint_image(std::uint32_t n, std::vector<std::uint8_t>& out) const {
+        plain_image(n, out);
+        const unsigned format = parameters_[kImageFormat];
+        if (parameters_[kStream0] == 3 || format > 1) return;
+        const int columns = size_of(parameters_[kImageSize]).width * (format == 1 ? 2 : 1);
+        const std::vector<std::uint8_t> plain(out);
+        compress_image(plain, columns, format == 1, out);
+    }
+
+    void plain_image(std::uint32_t n, std::vector<std::uint8_t>& out) const {
         const bool infrared = parameters_[kStream0] == 3;
         const auto [w, rows] = size_of(parameters_[infrared ? kInfraredSize : kImageSize]);
         const int h = infrared && rows < 1024 ? rows + 8 : rows;
@@ -324,7 +356,7 @@ int main(int argc, char** argv) {
     int fps = 30;
     for (int i = 1; i < argc;) {
         const std::string a = argv[i];
-        if (const int n = faults.argument(argc, argv, i); n > 0) {
+        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
             i += n;
             continue;
         }
@@ -335,7 +367,6 @@ int main(int argc, char** argv) {
         else if (a == "--calibration")
             calibration = value;
         else if (a == "--id" && std::sscanf(value, "%x:%x", &vendor, &product) == 2) {
-        } else if (a == "--frames" && picture.open(value)) {
         } else
             return std::fputs(rig::kUsage, stderr), 2;
         i += 2;

@@ -53,6 +53,43 @@ std::vector<std::uint16_t> ps_shift_table(const PsConstants& c) {
     return table;
 }
 
+std::vector<std::uint8_t> ps_registration() {
+    // In pixels: start 1/256, first differences 1/32768 a step, higher ones as they add up in libfreenect's
+    // registration.c.
+    const std::int32_t words[29] = {/* dx_center */ 0,
+                                    /* ax */ 12,
+                                    /* bx */ -9,
+                                    /* cx */ 5,
+                                    /* dx */ -4,
+                                    /* dx_start */ 1331,
+                                    /* ay */ -6,
+                                    /* by */ 11,
+                                    /* cy */ 4,
+                                    /* dy */ -7,
+                                    /* dy_start */ 700,
+                                    /* dx_beta_start, dy_beta_start */ 0,
+                                    0,
+                                    /* rollout_blank, size */ 0,
+                                    0,
+                                    /* dx_beta_inc, dy_beta_inc */ 0,
+                                    0,
+                                    /* dxdx_start */ -160,
+                                    /* dxdy_start */ 35,
+                                    /* dydx_start */ -28,
+                                    /* dydy_start */ -190,
+                                    /* dxdxdx_start */ 20,
+                                    /* dydxdx_start */ -15,
+                                    /* dxdxdy_start */ 9,
+                                    /* dydxdy_start */ 13,
+                                    /* back_comp1 */ 0,
+                                    /* dydydx_start */ -18,
+                                    /* back_comp2 */ 0,
+                                    /* dydydy_start */ 22};
+    std::vector<std::uint8_t> bytes;
+    for (const std::int32_t w : words) put32(bytes, static_cast<std::uint32_t>(w));
+    return bytes;
+}
+
 // Request: 47 4d, words of payload, opcode, tag, payload. Reply: 52 42, words, opcode, tag, error code, data;
 // `words` counts the code.
 int PsControl::control(const Setup& setup, std::uint8_t* data) {

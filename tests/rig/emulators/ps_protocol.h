@@ -30,6 +30,11 @@ struct PsConstants {
 int ps_depth_mm(const PsConstants& c, int shift);
 std::vector<std::uint16_t> ps_shift_table(const PsConstants& c);  // by millimetre, 0..10000
 
+// How depth moves onto colour: 29 words of 32 bits, in the order of OpenNI2's XnRegistrationInformation1080
+// and libfreenect's freenect_reg_info. Offsets of a few pixels that grow and bend over the image, as real
+// ones do.
+std::vector<std::uint8_t> ps_registration();
+
 // The control channel. A derived class answers commands; header, tag and the faults of replies are done here.
 class PsControl : public UsbDevice {
   public:

@@ -17,7 +17,8 @@ namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_uvc_camera [--iso] [--id VENDOR:PRODUCT] [--fps N] [--payload BYTES] [--frames FILE] [--calibration "
+    "rig_uvc_camera [--iso] [--id VENDOR:PRODUCT] [--fps N] [--payload BYTES] [--frames FILE] [--still N] "
+    "[--calibration "
     "NAME] [--absurd NAME]\n"
     "               [-f COMMAND]... [-F FIFO]\n"
     "--payload 0 (default): one payload a frame in bulk, with D4XX metadata in its header\n"
@@ -168,18 +169,19 @@ class UvcCamera : public UsbDevice {
 
     void paint(Stream& s) {
         const UvcFormat& f = s.f();
+        const std::uint32_t n = picture_.number(s.frame);
         const auto [w, h] = s.wh();
         if (f.jpeg) {
             std::vector<std::uint8_t> rgb(3 * static_cast<std::size_t>(w) * h);
-            std::vector<std::uint8_t>& kept = jpegs_[s.size][s.frame % 24];
+            std::vector<std::uint8_t>& kept = jpegs_[s.size][n % 24];
             if (kept.empty() || picture_.recorded()) {
                 for (int y = 0; y < h; ++y)
                     for (int x = 0; x < w; ++x) {
                         std::uint8_t* p = &rgb[3 * (static_cast<std::size_t>(y) * w + x)];
                         if (picture_.recorded())
-                            picture_.rgb(s.frame, x, y, p);
+                            picture_.rgb(n, x, y, p);
                         else
-                            p[0] = p[1] = p[2] = pattern_jpeg_grey(s.frame, static_cast<std::uint32_t>(x),
+                            p[0] = p[1] = p[2] = pattern_jpeg_grey(n, static_cast<std::uint32_t>(x),
                                                                    static_cast<std::uint32_t>(y));
                     }
                 kept = encode_jpeg(w, h, rgb);
@@ -190,19 +192,18 @@ class UvcCamera : public UsbDevice {
         const Format pixels = uvc_pixels(f, s.wh());
         s.image.resize(format_bytes(pixels));
         if (!picture_.recorded())
-            pattern_fill(pixels, s.frame, s.image.data());
+            pattern_fill(pixels, n, s.image.data());
         else if (s.kind->endpoint == 1)
-            format_fill(pixels, s.image.data(),
-                        [&](int x, int y) { return picture_.depth_mm(s.frame, x, y % h); });
+            format_fill(pixels, s.image.data(), [&](int x, int y) { return picture_.depth_mm(n, x, y % h); });
         else {
             const int per = f.samples, luma_at = std::strcmp(f.fourcc, "UYVY") == 0 ? 1 : 0;
             format_fill(pixels, s.image.data(), [&](int column, int y) -> std::uint32_t {
                 std::uint8_t c[3];
                 const int x = column / per;
-                picture_.rgb(s.frame, x, y, c);
+                picture_.rgb(n, x, y, c);
                 if (s.kind->endpoint == 2) return static_cast<std::uint32_t>(luma(c)) << (f.sample_bits - 8);
                 if (column % 2 == luma_at) return luma(c);
-                picture_.rgb(s.frame, x & ~1, y, c);  // chroma of the left one of two
+                picture_.rgb(n, x & ~1, y, c);  // chroma of the left one of two
                 return x % 2 == 0 ? chroma_u(c) : chroma_v(c);
             });
         }
@@ -320,7 +321,7 @@ int main(int argc, char** argv) {
     int payload = 0;
     for (int i = 1; i < argc;) {
         const std::string a = argv[i];
-        if (const int n = faults.argument(argc, argv, i); n > 0) {
+        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
             i += n;
             continue;
         }
@@ -339,8 +340,7 @@ int main(int argc, char** argv) {
             calibration = value;
         else if (a == "--absurd")
             config.absurd = value;
-        else if (a == "--frames" && picture.open(value)) {
-        } else
+        else
             return std::fputs(rig::kUsage, stderr), 2;
         i += 2;
     }

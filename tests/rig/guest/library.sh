@@ -95,3 +95,15 @@ node() {
     done
     echo "/dev/no-node-of-$1"
 }
+
+# The kernel complains of nothing that is its own fault.
+kernel_faults() { dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup'; }
+
+# The same, as a check, half a second after something was plugged in.
+cat >/bin/calm <<'END'
+#!/bin/sh
+usleep 500000
+! dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup' || exit 1
+dmesg | tail -n 1
+END
+chmod +x /bin/calm

@@ -8,3 +8,6 @@ check kinect.freenect.uyvy rig_freenect 5 uyvy
 check kinect.freenect.ir rig_freenect 5 ir
 check kinect.freenect.both rig_freenect 5 both
 check kinect.freenect.motor rig_freenect 0 motor
+check kinect.freenect.mm rig_freenect 3 mm
+plug rig_kinect --still 7
+check kinect.freenect.registered rig_freenect 3 registered --save /tmp/kinect_registered.u16
