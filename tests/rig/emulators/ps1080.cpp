@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: MIT
+// rig_ps1080: a PrimeSense PS1080 (as in Xtion, Carmine, Structure Sensor) on vhci_hcd: depth in the formats
+// 0 to 4, image as UYVY, YUYV or Bayer, infrared; bulk in alternate setting 0, isochronous in 1.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "picture.h"
+#include "ps_protocol.h"
+
+namespace rig {
+namespace {
+
+constexpr char kUsage[] =
+    "rig_ps1080 [--id VENDOR:PRODUCT] [--fps N] [--frames FILE] [--still N] [--calibration "
+    "good|zero|nan|negative|huge] "
+    "[-f COMMAND]... [-F FIFO]\n";
+
+constexpr int kDepthChunk = 1748, kImageChunk = 1908;
+
+// Parameters by number (opcodes 2 and 3).
+enum : unsigned {
+    kRegistration = 2,
+    kStream0 = 5,
+    kStream1 = 6,
+    kImageFormat = 12,
+    kImageSize = 13,
+    kDepthFormat = 18,
+    kDepthSize = 19,
+    kDepthMirror = 23,
+    kInfraredSize = 26,
+    kImageMirror = 71,
+    kInfraredMirror = 72
+};
+
+struct Size {
+    int width, height;
+};
+
+Size size_of(unsigned resolution) {
+    static constexpr Size sizes[] = {{320, 240}, {640, 480}, {1280, 1024}, {1600, 1200}, {160, 120}};
+    return sizes[resolution <= 4 ? resolution : 1];
+}
+
+// The compressed format is a stream of nibbles, the high one first: 0-c a difference of -6..6; e n the last
+// value n + 1 times more; f and 8-f: a difference of seven bits; f and 0-7: a value of fifteen.
+class NibbleWriter {
+  public:
+    explicit NibbleWriter(std::vector<std::uint8_t>& out) : out_(out) { out_.clear(); }
+    void sample(int value) {
+        if (value == last_ && begun_) {
+            if (++run_ == 16) end_run();
+            return;
+        }
+        end_run();
+        const int d = value - last_;
+        if (begun_ && d >= -6 && d <= 6)
+            put(d + 6);
+        else if (begun_ && d >= -64 && d <= 63)
+            put(15), put(8 | (d + 64) >> 4), put(d + 64);
+        else
+            put(15), put(value >> 12 & 7), put(value >> 8), put(value >> 4), put(value);
+        last_ = value;
+        begun_ = true;
+    }
+    void finish() {
+        end_run();
+        if (half_) put(13);  // stands for nothing
+    }
+
+  private:
+    void end_run() {
+        if (run_ == 1) put(6);  // one nibble instead of two
+        if (run_ > 1) put(14), put(run_ - 1);
+        run_ = 0;
+    }
+    void put(int nibble) {
+        if (half_)
+            out_.back() = static_cast<std::uint8_t>(out_.back() | (nibble & 15));
+        else
+            out_.push_back(static_cast<std::uint8_t>((nibble & 15) << 4));
+        half_ = !half_;
+    }
+    std::vector<std::uint8_t>& out_;
+    int last_ = 0, run_ = 0;
+    bool begun_ = false, half_ = false;
+};
+
+// Compressed images are nibbles too: 0-c a difference of -6..6; f and two nibbles a value; d nothing. Running
+// values, one for each channel, begin at 0 in each row; both lumas of a pair share one.
+void compress_image(const std::vector<std::uint8_t>& bytes, int columns, bool yuv,
+                    std::vector<std::uint8_t>& out) {
+    static constexpr int kYuvChannel[4] = {0, 1, 2, 1};
+    out.clear();
+    bool half = false;
+    const auto put = [&](int nibble) {
+        if (half)
+            out.back() = static_cast<std::uint8_t>(out.back() | (nibble & 15));
+        else
+            out.push_back(static_cast<std::uint8_t>((nibble & 15) << 4));
+        half = !half;
+    };
+    int last[3] = {};
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        const int column = static_cast<int>(i % static_cast<std::size_t>(columns)),
+                  channel = yuv ? kYuvChannel[column % 4] : column % 2;
+        if (column == 0) last[0] = last[1] = last[2] = 0;
+        const int d = bytes[i] - last[channel];
+        if (d >= -6 && d <= 6)
+            put(d + 6);
+        else
+            put(15), put(bytes[i] >> 4), put(bytes[i]);
+        last[channel] = bytes[i];
+    }
+    if (half) put(13);
+}
+
+class Ps1080 : public PsControl {
+  public:
+    Ps1080(Faults& faults, const Picture& picture, const std::string& calibration, int fps, unsigned vendor,
+           unsigned product)
+        : PsControl(faults),
+          picture_(picture),
+          constants_(PsConstants::named(calibration)),
+          fps_(fps),
+          table_(ps_shift_table(PsConstants())) {
+        device = {18, 1, 0x00, 0x02, 0, 0, 0, 64};
+        put16(device, vendor), put16(device, product), put16(device, 0x0100);
+        device.insert(device.end(), {2, 1, 0, 1});
+        config = {9, 2, 0, 0, 1, 1, 0, 0x80, 250};
+        const auto endpoint = [&](int address, int type, unsigned packet, int interval) {
+            config.insert(config.end(),
+                          {7, 5, static_cast<std::uint8_t>(address), static_cast<std::uint8_t>(type)});
+            put16(config, packet);
+            config.push_back(static_cast<std::uint8_t>(interval));
+        };
+        config.insert(config.end(), {9, 4, 0, 0, 2, 255, 0, 0, 0});
+        endpoint(0x81, 2, 512, 0), endpoint(0x82, 2, 512, 0);
+        config.insert(config.end(), {9, 4, 0, 1, 2, 255, 0, 0, 0});
+        endpoint(0x81, 1, 0x0bc0, 1), endpoint(0x82, 1, 0x1400, 1);
+        set16(&config[2], static_cast<unsigned>(config.size()));
+        strings = {"PrimeSense Device", "PrimeSense"};
+        depth_.padding_field = true;
+    }
+
+    void reset() override {
+        std::memset(parameters_, 0, sizeof parameters_);
+        parameters_[kDepthFormat] = 3, parameters_[kDepthSize] = 1, parameters_[kImageFormat] = 5,
+        parameters_[kImageSize] = 1;
+        parameters_[kInfraredSize] = 1;
+        depth_.stop(), image_.stop();
+    }
+
+    void set_alternate(int, int) override { depth_.stop(), image_.stop(); }
+
+    int in(int endpoint, std::uint8_t* out, int size) override {
+        const bool iso = alternate[0] == 1;
+        const auto depth = [&](std::uint32_t n, auto& v) { paint_depth(picture_.number(n), v); };
+        const auto image = [&](std::uint32_t n, auto& v) { paint_image(picture_.number(n), v); };
+        if (endpoint == 1)
+            return iso ? depth_.packet(out, size, fps_, faults_, true, depth)
+                       : depth_.bytes(out, size, fps_, faults_, true, depth);
+        if (endpoint == 2)
+            return iso ? image_.packet(out, size, fps_, faults_, !depth_.on(), image)
+                       : image_.bytes(out, size, fps_, faults_, !depth_.on(), image);
+        return kLater;
+    }
+
+  protected:
+    int command(int opcode, const std::uint8_t* a, int bytes, std::vector<std::uint8_t>* reply) override {
+        const unsigned a0 = get16(a), a1 = get16(a + 2);
+        const auto zeros = [&](std::size_t n) { reply->assign(n, 0); };
+        switch (opcode) {
+            case 0:  // version: minor, major, build (binary-coded decimal), chip, FPGA, system
+                *reply = {8, 5, 0x22, 0, 0x20, 0x20, 0x20, 0, 5, 0, 1, 0};
+                reply->resize(60, 0);
+                return 0;
+            case 1:
+            case 6:
+            case 34:
+            case 41:
+            case 42:
+                return 0;
+            case 2:
+                put16(*reply, parameters_[a0 & 0x3ff]);
+                return 0;
+            case 3:
+                if (bytes < 4) return 4;
+                parameters_[a0 & 0x3ff] = static_cast<std::uint16_t>(a1);
+                if (a0 == kStream0) a1 != 0 ? image_.start() : image_.stop();
+                if (a0 == kStream1) a1 == 2 ? depth_.start() : depth_.stop();
+                return 0;
+            case 4: {  // fixed parameters from an offset in 32-bit words
+                std::vector<std::uint8_t> all(168, 0);
+                set32(&all[4 * 14], 1);  // depth sensor MT9M001, whose infrared images have 8 rows more
+                set32(&all[4 * 19], 2);  // image sensor MT9D131; 0 would say that there is none
+                constants_.write(&all[92]);
+                if (4 * a0 < all.size()) reply->assign(all.begin() + 4 * static_cast<int>(a0), all.end());
+                return 0;
+            }
+            case 5:
+                put16(*reply, 1);
+                return 0;  // mode: streaming
+            case 11:
+            case 35:
+            case 40:
+                return zeros(2), 0;
+            case 20:
+                return zeros(4), 0;
+            case 22:
+                return algorithm(a0, 2 * get16(a + 8), *reply);
+            case 36:  // modes of the image sensor: format, resolution, rate
+                for (const unsigned format : {5u, 7u, 6u, 1u, 0u})
+                    for (const unsigned resolution : {0u, 1u})
+                        put16(*reply, format), put16(*reply, resolution), put16(*reply, 30);
+                put16(*reply, 6), put16(*reply, 2), put16(*reply, 30);
+                return 0;
+            case 37:
+                for (const char c : {'E', 'M', 'U', '0', '0', '0', '0', '0', '0', '0', '0', '0', '0', '0',
+                                     '0', '1', '\0', '\0'})
+                    reply->push_back(static_cast<std::uint8_t>(c));
+                return 0;
+            case 39:
+                *reply = {'e', 'm', 'u', 0, 0, 0, 0, 0};
+                return 0;
+            default:
+                return 2;
+        }
+    }
+
+  private:
+    int algorithm(unsigned what, std::size_t offset, std::vector<std::uint8_t>& reply) const {
+        std::vector<std::uint8_t> all;
+        switch (what) {
+            case 0x00:
+                put16(all, static_cast<unsigned>(constants_.shift));
+                break;
+            case 0x02:
+                all = ps_registration();
+                break;
+            case 0x03:
+                all.assign(6, 0);
+                break;
+            case 0x06:
+                all.assign(16, 0);
+                break;
+            case 0x07:
+                all.assign(256, 0);
+                std::memcpy(all.data(), "PS1080", 6);
+                break;
+            case 0x80: {
+                const float mhz = 60;
+                all.resize(4);
+                std::memcpy(all.data(), &mhz, 4);
+                break;
+            }
+            default:
+                return 5;
+        }
+        if (offset < all.size()) reply.assign(all.begin() + static_cast<std::ptrdiff_t>(offset), all.end());
+        return 0;
+    }
+
+    int shift(std::uint32_t n, int x, int y) const {
+        if (!picture_.recorded())
+            return static_cast<int>(pattern(n, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)) &
+                                    2047);
+        const int mm = picture_.depth_mm(n, x, y);
+        return mm > 0 && mm <= 10000 ? table_[static_cast<std::size_t>(mm)] : 2047;
+    }
+
+    void paint_depth(std::uint32_t n, std::vector<std::uint8_t>& out) const {
+        const auto [w, h] = size_of(parameters_[kDepthSize]);
+        const bool mirror = parameters_[kDepthMirror] != 0;
+        const auto at = [&, width = w](int x, int y) {
+            return static_cast<std::uint32_t>(shift(n, mirror ? width - 1 - x : x, y));
+        };
+        if (parameters_[kDepthFormat] == 1) {
+            NibbleWriter writer(out);
+            for (int y = 0; y < h; ++y)
+                for (int x = 0; x < w; ++x) writer.sample(static_cast<int>(at(x, y)));
+            writer.finish();
+            return;
+        }
+        const unsigned format = parameters_[kDepthFormat];
+        const Format f = format == 0 ? Format{Layout::u16, 16, w, h}
+                                     : Format{Layout::packed,
+                                              format == 2   ? 10
+                                              : format == 4 ? 12
+                                                            : 11,
+                                              w, h};
+        out.resize(format_bytes(f));
+        format_fill(f, out.data(), at);
+    }
+
+    void paint_image(std::uint32_t n, std::vector<std::uint8_t>& out) const {
+        plain_image(n, out);
+        const unsigned format = parameters_[kImageFormat];
+        if (parameters_[kStream0] == 3 || format > 1) return;
+        const int columns = size_of(parameters_[kImageSize]).width * (format == 1 ? 2 : 1);
+        const std::vector<std::uint8_t> plain(out);
+        compress_image(plain, columns, format == 1, out);
+    }
+
+    void plain_image(std::uint32_t n, std::vector<std::uint8_t>& out) const {
+        const bool infrared = parameters_[kStream0] == 3;
+        const auto [w, rows] = size_of(parameters_[infrared ? kInfraredSize : kImageSize]);
+        const int h = infrared && rows < 1024 ? rows + 8 : rows;
+        const unsigned format = parameters_[kImageFormat];
+        const bool yuv = !infrared && format != 6 && format != 0,
+                   mirror = parameters_[infrared ? kInfraredMirror : kImageMirror] != 0;
+        const Format f =
+            infrared ? Format{Layout::packed, 10, w, h} : Format{Layout::u8, 8, yuv ? 2 * w : w, h};
+        out.resize(format_bytes(f));
+        if (!picture_.recorded()) {
+            if (!mirror) return pattern_fill(f, n, out.data());
+            // Pairs of pixels swap places, and the two lumas in each.
+            return format_fill(f, out.data(), [&, width = w](int c, int y) {
+                if (!yuv)
+                    return pattern(n, static_cast<std::uint32_t>(width - 1 - c),
+                                   static_cast<std::uint32_t>(y));
+                const int luma_at = format == 7 ? 0 : 1, pair = width / 2 - 1 - c / 4;
+                const int k = c % 2 == luma_at ? (c + 2) % 4 : c % 4;
+                return pattern(n, static_cast<std::uint32_t>(4 * pair + k), static_cast<std::uint32_t>(y));
+            });
+        }
+        format_fill(f, out.data(), [&, width = w](int column, int y) -> std::uint32_t {
+            std::uint8_t c[3];
+            int x = yuv ? column / 2 : column;
+            if (mirror) x = width - 1 - x;
+            picture_.rgb(n, x, y, c);
+            if (infrared) return static_cast<std::uint32_t>(luma(c)) << 2;
+            if (!yuv) return y % 2 == 0 ? c[column % 2 == 0 ? 1 : 0] : c[column % 2 == 0 ? 2 : 1];  // GRBG
+            const int luma_at = format == 7 ? 0 : 1;
+            return column % 2 == luma_at ? luma(c) : column % 4 < 2 ? chroma_u(c) : chroma_v(c);
+        });
+    }
+
+    const Picture& picture_;
+    PsConstants constants_;
+    int fps_;
+    std::vector<std::uint16_t> table_;
+    PsStream depth_{0x70, kDepthChunk}, image_{0x80, kImageChunk};
+    std::uint16_t parameters_[0x400] = {};
+};
+
+}  // namespace
+}  // namespace rig
+
+int main(int argc, char** argv) {
+    rig::Faults faults;
+    rig::Picture picture;
+    std::string calibration = "good";
+    unsigned vendor = 0x1d27, product = 0x0601;
+    int fps = 30;
+    for (int i = 1; i < argc;) {
+        const std::string a = argv[i];
+        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
+            i += n;
+            continue;
+        }
+        const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
+        if (value == nullptr) return std::fputs(rig::kUsage, stderr), 2;
+        if (a == "--fps")
+            fps = std::max(1, std::atoi(value));
+        else if (a == "--calibration")
+            calibration = value;
+        else if (a == "--id" && std::sscanf(value, "%x:%x", &vendor, &product) == 2) {
+        } else
+            return std::fputs(rig::kUsage, stderr), 2;
+        i += 2;
+    }
+    rig::Ps1080 camera(faults, picture, calibration, fps, vendor, product);
+    rig::VirtualBus bus(faults);
+    bus.add(camera);
+    return bus.run();
+}

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+# What a stage is written with. A stage is a list of lines
+#
+#     plug EMULATOR [OPTION...]       an emulated device; the one before is unplugged
+#     check NAME COMMAND...           RIG NAME ok|FAIL and the command's last line
+#
+# Each check's name stands in the script as it is: run.sh reads there which results it has to find.
+
+emulator_pid=
+
+plug() {
+    unplug
+    rm -f /tmp/fifo
+    "$@" -F /tmp/fifo >/tmp/emulator.log 2>&1 &
+    emulator_pid=$!
+    wait_for configured
+}
+
+# The host has given it a configuration: its interface is there.
+configured() { any /sys/bus/usb/devices/[0-9]-[1-9]:1.0; }
+
+unplug() {
+    [ -n "$emulator_pid" ] || return 0
+    kill "$emulator_pid" 2>/dev/null
+    wait "$emulator_pid" 2>/dev/null
+    emulator_pid=
+    wait_for no_usb
+}
+
+no_usb() { ! any /sys/bus/usb/devices/[0-9]-[1-9]; }
+
+# One of these files exists. (ls of several fails already when one goes meanwhile.)
+any() {
+    for file in "$@"; do
+        [ ! -e "$file" ] || return 0
+    done
+    return 1
+}
+
+# tell WORDS...: a command to the emulator (emulators/faults.h).
+tell() { echo "$*" >/tmp/fifo; }
+
+# Asks again for ten seconds.
+wait_for() {
+    n=0
+    until "$@"; do
+        n=$((n + 1))
+        [ $n -lt 200 ] || return 1
+        usleep 50000
+    done
+}
+
+# check NAME COMMAND...: RIG_LIMIT seconds at most (60).
+check() {
+    name=$1
+    shift
+    if timeout -s KILL "${RIG_LIMIT:-60}" "$@" >/tmp/out 2>&1; then
+        echo "RIG $name ok $(tail -n 1 /tmp/out)"
+    else
+        echo "RIG $name FAIL ($?) $(tail -n 1 /tmp/out)"
+        sed 's/^/rig:   /' /tmp/out | tail -n 12
+        tail -n 4 /tmp/emulator.log 2>/dev/null | sed 's/^/rig:   /'
+        dmesg | tail -n 4 | sed 's/^/rig:   /'
+    fi
+}
+
+# check_not NAME COMMAND...: the command has to fail by itself, with a message; not by a signal, and not for want of time.
+check_not() {
+    name=$1
+    shift
+    timeout -s KILL "${RIG_LIMIT:-60}" "$@" >/tmp/out 2>&1
+    code=$?
+    if [ $code -ge 1 ] && [ $code -lt 124 ] && [ -s /tmp/out ]; then
+        echo "RIG $name ok $(tail -n 1 /tmp/out)"
+    else
+        echo "RIG $name FAIL ($code) $(tail -n 1 /tmp/out)"
+    fi
+}
+
+# node DRIVER [INTERFACE [INDEX]]: path of the capture node of a driver, when it is there; a UVC camera has several. INTERFACE
+# is its control interface (0 depth and infrared, 3 colour), INDEX 0 depth, 1 its metadata, 2 infrared, 3 its metadata.
+node() {
+    n=0
+    while [ $n -lt 200 ]; do
+        for entry in /sys/class/video4linux/video*; do
+            [ -e "$entry/device/driver" ] || continue
+            [ "$(basename "$(readlink -f "$entry/device/driver")")" = "$1" ] || continue
+            case $(readlink -f "$entry/device") in *":1.${2:-0}" | *vivid*) ;; *) continue ;; esac
+            [ "$(cat "$entry/index")" = "${3:-0}" ] || continue
+            echo "/dev/$(basename "$entry")"
+            return
+        done
+        n=$((n + 1))
+        usleep 50000
+    done
+    echo "/dev/no-node-of-$1"
+}
+
+# The kernel complains of nothing that is its own fault.
+kernel_faults() { dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup'; }
+
+# The same, as a check, half a second after something was plugged in.
+cat >/bin/calm <<'END'
+#!/bin/sh
+usleep 500000
+! dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup' || exit 1
+dmesg | tail -n 1
+END
+chmod +x /bin/calm
