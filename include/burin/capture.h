@@ -76,6 +76,15 @@ typedef enum burin_stream {
 #define BURIN_STREAMS 5
 #define BURIN_STREAM_BIT(stream) (1u << (stream))
 
+typedef enum burin_registration {
+    BURIN_REGISTRATION_NONE = 0, /* each stream as it was captured: what burin_scan wants */
+    /* Depth as the colour camera would see it, z-buffered, in its size; everything else is then told from
+       there too. */
+    BURIN_REGISTRATION_DEPTH_TO_COLOUR = 1,
+    /* Colour as the depth camera would see it, RGB8 in its size; black where it does not see the surface. */
+    BURIN_REGISTRATION_COLOUR_TO_DEPTH = 2
+} burin_registration;
+
 typedef struct burin_source_options {
     uint32_t struct_size; /* sizeof(burin_source_options) */
     uint32_t streams; /* BURIN_STREAM_BITs. Default depth and colour; those the device has not are left out */
@@ -94,6 +103,7 @@ typedef struct burin_source_options {
     uint32_t waiting_frames; /* that may wait for burin_source_next, 1 .. 32. Default 3 */
     uint32_t reconnect;      /* 1 (default): streams again when a device that was unplugged is back */
     uint32_t keep_damaged;   /* 1: images with parts missing are delivered too. Default 0 */
+    uint32_t registration;   /* a burin_registration. Default NONE */
     uint32_t copy; /* 1: always copied out of the driver's buffers. Default 0: handed out from there where no
                       unpacking is needed */
     burin_log log; /* lines of this source, on any of its threads; NULL: none */

@@ -47,6 +47,9 @@ Status checked_options(const burin_source_options& o, LiveOptions* out) {
     for (const std::uint32_t flag : {o.lossless, o.reconnect, o.keep_damaged, o.copy})
         if (flag > 1)
             return Status::error(Code::invalid_argument, "options: a flag is %u, expected 0 or 1", flag);
+    if (o.registration > BURIN_REGISTRATION_COLOUR_TO_DEPTH)
+        return Status::error(Code::invalid_argument, "options: registration is %u, expected 0..2",
+                             o.registration);
     for (const std::uint64_t r : o.reserved)
         if (r != 0) return Status::error(Code::invalid_argument, "options: reserved fields are not zero");
     if (o.waiting_frames < 1 || o.waiting_frames > 32)
@@ -69,6 +72,7 @@ Status checked_options(const burin_source_options& o, LiveOptions* out) {
     out->waiting_frames = static_cast<int>(o.waiting_frames);
     out->reconnect = o.reconnect != 0;
     out->keep_damaged = o.keep_damaged != 0;
+    out->registration = static_cast<RegistrationMode>(o.registration);
     return {};
 }
 

@@ -38,6 +38,13 @@ Status LiveSource::open(const SourceBackend& backend, const char* address, const
         return Status::error(Code::unsupported, "%s:%s delivers none of the streams asked for", backend.name,
                              address_);
     }
+    delivered_ = info_;
+    if (const Status registered = registered_.configure(options.registration, &delivered_);
+        !registered.ok()) {
+        backend.close(device_);
+        device_ = nullptr;
+        return registered;
+    }
     statistics_ = SourceStatistics();
     state_ = SourceState::open;
     return {};
@@ -95,7 +102,8 @@ Status LiveSource::next(std::int64_t timeout_ns, CapturedFrame* frame) {
         --ready_count_;
         changed_.notify_all();
         hand_out(held_, frame);
-        return {};
+        lock.unlock();
+        return registered_.active() ? registered_.apply(frame) : Status();
     }
     switch (state_) {
         case SourceState::ended:

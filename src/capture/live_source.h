@@ -14,6 +14,7 @@
 #include "capture/image_pool.h"
 #include "capture/imu_queue.h"
 #include "capture/pairing.h"
+#include "capture/registered_frames.h"
 #include "capture/rolling.h"
 #include "capture/source.h"
 
@@ -31,6 +32,7 @@ struct LiveOptions {
     int waiting_frames =
         3;  // frames that may wait for next(), 1..32: at 30 a second a tenth of a second of hiccups
     bool reconnect = true;
+    RegistrationMode registration = RegistrationMode::none;
     bool keep_damaged = false;  // deliver images whose stamp says damaged
     void (*log)(void* user, LogLevel level, const char* line) = nullptr;  // from any thread of the source
     void* log_user = nullptr;
@@ -75,7 +77,8 @@ class LiveSource final : SourceSink {
 
     // Errors: those of the back end.
     Status open(const SourceBackend& backend, const char* address, const LiveOptions& options);
-    const DeviceInfo& info() const { return info_; }
+    // Of what next() hands out; registration changes what the device delivers.
+    const DeviceInfo& info() const { return delivered_; }
     // The ring is allocated here; nothing is while streaming. Errors: state, insufficient_memory, the back
     // end's.
     Status start();
@@ -129,7 +132,8 @@ class LiveSource final : SourceSink {
     char address_[160] = "";
     LiveOptions options_;
     void* device_ = nullptr;
-    DeviceInfo info_;
+    DeviceInfo info_, delivered_;  // the device's; what is handed out
+    RegisteredFrames registered_;
 
     mutable std::mutex device_mutex_;  // of calls into the back end beside pump and give_back
     mutable std::mutex mutex_;         // of all below

@@ -20,7 +20,7 @@ struct Script {
     std::atomic<int> skip{0};          // sequence numbers to leave out next
     std::atomic<std::int64_t> period_ns{5'000'000};
     std::atomic<int> end_after{-1};  // images, then ended
-    bool lend = false, imu = false;
+    bool lend = false, imu = false, camera = false;
     // Told to the test.
     std::atomic<int> opens{0}, closes{0}, starts{0}, stops{0}, lent{0}, given_back{0};
     std::mutex mutex;
@@ -29,6 +29,7 @@ struct Script {
 inline Script* script = nullptr;
 
 inline constexpr int kScriptWidth = 16, kScriptHeight = 8;
+inline constexpr std::uint16_t kScriptDepth_mm = 1500;  // of every pixel but the first, with `camera`
 
 struct ScriptedDevice {
     DeviceInfo info;
@@ -60,6 +61,7 @@ inline Status scripted_open(const char*, const SourceOptions& options, void** de
         s.width = kScriptWidth;
         s.height = kScriptHeight;
         s.fps = 1e9 / static_cast<double>(script->period_ns.load());
+        if (script->camera) s.camera = {kScriptWidth, kScriptHeight, 16, 16, 7.5, 3.5};
         set_image_bytes(&s);
     }
     d->info.has_imu = script->imu;
@@ -125,6 +127,8 @@ inline Status scripted_pump(void* device, std::int64_t deadline_ns) {
         }
     } else if (std::uint8_t* image = d->sink->acquire(StreamKind::depth)) {
         std::memcpy(image, &first, 2);
+        for (int i = 1; i < kScriptWidth * kScriptHeight && script->camera; ++i)
+            std::memcpy(image + 2 * i, &kScriptDepth_mm, 2);
         d->sink->commit(StreamKind::depth, image, stamp);
     }
     ++d->sequence;

@@ -267,6 +267,31 @@ TEST_F(LiveSourceTest, ReadingsOfTheInertialSensorBracketTheFrames) {
     EXPECT_GE(bracketed, 28);
 }
 
+// The cameras of the scripted device are the same, so that registered images are what they were.
+TEST_F(LiveSourceTest, RegisteredStreamsShareACamera) {
+    script_.camera = true;
+    for (const RegistrationMode mode :
+         {RegistrationMode::depth_to_colour, RegistrationMode::colour_to_depth}) {
+        options.registration = mode;
+        open();
+        ASSERT_TRUE(source.next(kSecond, &frame).ok());
+        ASSERT_TRUE(frame.has(StreamKind::depth) && frame.has(StreamKind::colour));
+        const bool to_colour = mode == RegistrationMode::depth_to_colour;
+        const StreamInfo& changed = source.info().at(to_colour ? StreamKind::depth : StreamKind::colour);
+        EXPECT_EQ(changed.width, kScriptWidth);
+        const CapturedImage &depth = frame.at(StreamKind::depth), &colour = frame.at(StreamKind::colour);
+        std::uint16_t middle;
+        std::memcpy(&middle, depth.pixels + 4 * depth.stride_bytes + 2 * 8, 2);
+        EXPECT_EQ(middle, kScriptDepth_mm);
+        EXPECT_EQ(colour.pixels[4 * colour.stride_bytes + (to_colour ? 8 : 3 * 8)],
+                  colour.stamp.sequence & 255);
+        source.close();
+    }
+    options.registration = RegistrationMode::depth_to_colour;
+    options.device.streams = stream_bit(StreamKind::depth);
+    EXPECT_EQ(source.open(kScriptedBackend, "it", options).code(), Code::unsupported);
+}
+
 TEST_F(LiveSourceTest, CallsThatDoNotFitTheStateAreRefused) {
     EXPECT_EQ(source.start().code(), Code::state);
     EXPECT_EQ(source.next(0, &frame).code(), Code::state);
