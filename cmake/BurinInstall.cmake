@@ -9,7 +9,18 @@ if(NOT BURIN_INSTALL)
 endif()
 
 set(burin_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/burin)
-install(TARGETS burin EXPORT burinTargets
+set(burin_libraries burin)
+if(TARGET burin_capture)
+  list(APPEND burin_libraries burin_capture)
+  # What a program has to link beside the static form; the shared one brings its own.
+  get_property(burin_capture_names GLOBAL PROPERTY BURIN_CAPTURE_LINK_NAMES)
+  if(NOT BUILD_SHARED_LIBS)
+    foreach(name IN LISTS burin_capture_names)
+      target_link_libraries(burin_capture INTERFACE $<INSTALL_INTERFACE:${name}>)
+    endforeach()
+  endif()
+endif()
+install(TARGETS ${burin_libraries} EXPORT burinTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR}
@@ -55,3 +66,13 @@ if(NOT BUILD_SHARED_LIBS)
 endif()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/burin.pc.in ${PROJECT_BINARY_DIR}/burin.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/burin.pc DESTINATION ${pc_dir})
+if(TARGET burin_capture)
+  set(BURIN_CAPTURE_PC_LIBS "-lburin_capture")
+  if(NOT BUILD_SHARED_LIBS)
+    foreach(name IN LISTS burin_capture_names)
+      string(APPEND BURIN_CAPTURE_PC_LIBS " -l${name}")
+    endforeach()
+  endif()
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/burin_capture.pc.in ${PROJECT_BINARY_DIR}/burin_capture.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/burin_capture.pc DESTINATION ${pc_dir})
+endif()

@@ -15,10 +15,8 @@
 #ifdef BURIN_HAVE_LIBCAMERA
 #include "platform/libcamera/libcamera_backend.h"
 #endif
-#ifdef BURIN_HAVE_REPLAY
-#include "platform/replay/replay_backend.h"
-#endif
 #include "platform/null/null_backend.h"
+#include "platform/replay/replay_backend.h"
 
 namespace burin {
 namespace {
@@ -37,9 +35,7 @@ constexpr const SourceBackend* kBackends[] = {
 #ifdef BURIN_HAVE_LIBCAMERA
     &kLibcameraBackend,
 #endif
-#ifdef BURIN_HAVE_REPLAY
     &kReplayBackend,
-#endif
     &kNullBackend,
 };
 

@@ -133,9 +133,7 @@ void add_render(CLI::App& app, int* exit);
 void add_eval(CLI::App& app, int* exit);
 void add_eval_planes(CLI::App& eval, int* exit);
 void add_devices(CLI::App& app, int* exit);
-#ifdef BURIN_HAVE_RECORDING
 void add_record(CLI::App& app, int* exit);
-#endif
 void add_config(CLI::App& app, int* exit);
 
 }  // namespace burin::cli

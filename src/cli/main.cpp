@@ -17,9 +17,7 @@ int main(int argc, char** argv) {
     add_render(app, &exit);
     add_eval(app, &exit);
     add_devices(app, &exit);
-#ifdef BURIN_HAVE_RECORDING
     add_record(app, &exit);
-#endif
     add_config(app, &exit);
     try {
         app.parse(argc, argv);

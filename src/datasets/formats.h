@@ -29,7 +29,6 @@ Result<std::unique_ptr<Dataset>> open_redwood(const std::string& folder);
 bool looks_like_slambook(const std::string& folder);
 Result<std::unique_ptr<Dataset>> open_slambook(const std::string& folder);
 
-// Only where recordings are built (BURIN_HAVE_RECORDING).
 bool looks_like_recording(const std::string& folder);
 Result<std::unique_ptr<Dataset>> open_recording(const std::string& folder);
 

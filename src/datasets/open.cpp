@@ -17,9 +17,7 @@ struct Format {
 // In the order of asking. ICL-NUIM comes before TUM, whose layout it shares; slambook and replica before
 // redwood, which takes any folder with depth/ and color/.
 constexpr Format kFormats[] = {
-#ifdef BURIN_HAVE_RECORDING
     {"recording", looks_like_recording, open_recording, "recording.burinrec"},
-#endif
     {"icl_nuim", looks_like_icl_nuim, open_icl_nuim, "*.gt.freiburg or scene_00_*.depth"},
     {"tum", looks_like_tum, open_tum, "associations.txt or depth.txt"},
     {"7scenes", looks_like_seven_scenes, open_seven_scenes, "frame-*.depth.png"},

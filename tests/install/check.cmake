@@ -60,6 +60,8 @@ endforeach()
 # 3. The symbols of the shared form.
 if(shared)
   check_symbols(${library} ${SOURCE}/include/burin/burin.h)
+  string(REPLACE libburin.so libburin_capture.so capture_library ${library})
+  check_symbols(${capture_library} ${SOURCE}/include/burin/capture.h)
 endif()
 
 # 4. The three ways to use it, each from a C99 and a C++17 program with warnings as errors.
@@ -73,6 +75,7 @@ set(consumer ${SOURCE}/tests/install/consumer)
 run("cmake: configure" ${CMAKE_COMMAND} -G ${GENERATOR} -S ${consumer} -B ${WORK}/cmake ${compilers}
     -DCMAKE_PREFIX_PATH=${prefix} -DWANTED=${VERSION})
 use(cmake)
+run("cmake: run capture" ${WORK}/cmake/consumer_capture)
 run("subdirectory: configure" ${CMAKE_COMMAND} -G ${GENERATOR} -S ${consumer} -B ${WORK}/subdirectory ${compilers}
     -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -DBUILD_SHARED_LIBS=${shared} -DSUBDIRECTORY=${SOURCE})
 use(subdirectory)
@@ -89,6 +92,11 @@ file(MAKE_DIRECTORY ${WORK}/pkgconfig)
 run("pkg-config: build" ${C_COMPILER} -std=c99 -Wall -Wextra -Werror -pedantic ${consumer}/consumer.c
     -o ${WORK}/pkgconfig/consumer ${flags} -Wl,-rpath,${library_dir})
 run("pkg-config: run" ${WORK}/pkgconfig/consumer ${VERSION})
+run("pkg-config: capture's flags" ${pkg_config} --cflags --libs burin_capture)
+separate_arguments(capture_flags UNIX_COMMAND "${output}")
+run("pkg-config: build capture" ${C_COMPILER} -std=c99 -Wall -Wextra -Werror -pedantic ${consumer}/consumer_capture.c
+    -o ${WORK}/pkgconfig/consumer_capture ${capture_flags} -Wl,-rpath,${library_dir})
+run("pkg-config: run capture" ${WORK}/pkgconfig/consumer_capture)
 run("pkg-config: build C++" ${CXX_COMPILER} -std=c++17 -Wall -Wextra -Werror -pedantic ${consumer}/consumer.cpp
     -o ${WORK}/pkgconfig/consumer_cpp ${flags} -Wl,-rpath,${library_dir})
 run("pkg-config: run C++" ${WORK}/pkgconfig/consumer_cpp ${VERSION})
