@@ -161,8 +161,8 @@ TEST(Recording, ASlowDiskCostsFramesAndNoTime) {
     int count = 0;
     const ImuSample* imu = reader.imu(reader.frame(4).recorded, &count);
     ASSERT_EQ(count, 5 * 17 + 1);
-    EXPECT_EQ(imu[0].t_ns, kRigStart_ns + 15 * (kRigPeriod_ns / 5));
-    EXPECT_EQ(imu[count - 1].t_ns, kRigStart_ns + 100 * (kRigPeriod_ns / 5));
+    EXPECT_EQ(imu[0].t_ns, rig_imu_ns(15));
+    EXPECT_EQ(imu[count - 1].t_ns, rig_imu_ns(100));
 }
 
 TEST(Recording, LosslessItWaitsForTheDisk) {
