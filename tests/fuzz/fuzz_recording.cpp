@@ -58,8 +58,8 @@ void use(const std::vector<std::uint8_t>& bytes) {
             if (frame.images[k] == 0) continue;
             RecordHead head;
             Camera camera;
-            const Status read =
-                images.read(reader, frame.images[k], static_cast<StreamKind>(k), &head, &camera, pixels.data());
+            const Status read = images.read(reader, frame.images[k], static_cast<StreamKind>(k), &head,
+                                            &camera, pixels.data());
             if (!read.ok())
                 check_line(read, file.path);
             else
