@@ -204,8 +204,10 @@ TEST(Recording, ADiskThatIsFullEndsItAtAWholeRecord) {
     Rng rng(1);
     const TempFolder folder;
     int most_frames = 0;
-    for (std::size_t room = header; room < whole.bytes.size();
-         room += 1 + static_cast<std::size_t>(rng.below(97))) {
+    std::vector<std::size_t> rooms = {whole.bytes.size() - 1};
+    for (std::size_t room = header; room < rooms[0]; room += 1 + static_cast<std::size_t>(rng.below(97)))
+        rooms.push_back(room);
+    for (const std::size_t room : rooms) {
         MemoryRecording file;
         file.room = room;
         file.most = 1 + static_cast<std::size_t>(rng.below(500));
