@@ -52,6 +52,38 @@ TEST(CliRecord, ReplaysBitForBit) {
     EXPECT_NE(once, scanned) << "jpeg has changed the colours";
 }
 
+// A recording that stands in for a sensor is recorded again: every image and every stretch of time is the
+// same.
+TEST(CliRecord, WhatASensorDelivers) {
+    const TempFolder folder;
+    write_sequence(folder, 12);
+    ASSERT_EQ(run_burin({"record", folder.path(), "-o", folder.path("a"), "--colour", "raw"}).exit, 0);
+    const Ran ran = run_burin({"record", "replay:" + folder.path("a") + "?pace=fast", "-o", folder.path("b"),
+                               "--colour", "raw", "--lossless", "--json"});
+    ASSERT_EQ(ran.exit, 0) << ran.err;
+    EXPECT_EQ(parse_json(ran.out)["frames"], 12);
+    RecordingReader a, b;
+    RecordedImages images_a, images_b;
+    ASSERT_TRUE(a.open(folder.path("a").c_str()).ok() && b.open(folder.path("b").c_str()).ok());
+    ASSERT_TRUE(images_a.reserve(a).ok() && images_b.reserve(b).ok());
+    ASSERT_EQ(b.frame_count(), 12);
+    EXPECT_TRUE(b.findings().closed);
+    for (int i = 0; i < 12; ++i) {
+        EXPECT_EQ(a.frame(i).t_ns - a.frame(0).t_ns, b.frame(i).t_ns - b.frame(0).t_ns);
+        for (int k = 0; k < 2; ++k) {
+            const auto kind = static_cast<StreamKind>(k);
+            std::vector<std::uint8_t> of_a(a.info().at(kind).image_bytes), of_b(of_a.size());
+            RecordHead head;
+            Camera camera;
+            ASSERT_TRUE(
+                images_a.read(a, a.frame(i).recorded.images[k], kind, &head, &camera, of_a.data()).ok());
+            ASSERT_TRUE(
+                images_b.read(b, b.frame(i).recorded.images[k], kind, &head, &camera, of_b.data()).ok());
+            ASSERT_EQ(of_a, of_b) << i;
+        }
+    }
+}
+
 TEST(CliRecord, RecordsTheFramesAskedFor) {
     const TempFolder folder;
     write_sequence(folder, 6);
