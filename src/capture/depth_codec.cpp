@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "capture/depth_codec.h"
 
+#define ZSTD_STATIC_LINKING_ONLY  // a coder in memory that we bring: one of its own would come and go with
+                                  // sizes
 #include <zstd.h>
 
 #include <algorithm>
@@ -14,6 +16,7 @@ namespace {
 constexpr int kLevel = 1;
 constexpr std::size_t kValues = 65536;
 constexpr std::size_t kCounts = 8;  // the two numbers in front
+constexpr std::size_t kAlign = 64;  // of zstd's memory: it asks for 8
 
 constexpr std::size_t mask_bytes(std::size_t pixels) { return (pixels + 7) / 8; }
 
@@ -38,19 +41,19 @@ std::uint16_t load16(const std::uint8_t* p) {
 
 }  // namespace
 
-PixelEncoder::~PixelEncoder() { ZSTD_freeCCtx(context_); }
+PixelEncoder::~PixelEncoder() = default;
 
 Status PixelEncoder::reserve(std::size_t max_pixels, std::size_t max_bytes) {
     plain_bytes_ = plain_room(max_pixels, max_bytes);
     bound_ = ZSTD_compressBound(plain_bytes_);
-    if (!context_) context_ = ZSTD_createCCtx();
-    bool made = context_ && make(&plain_, plain_bytes_) && make(&values_, max_pixels + 1) &&
-                make(&rank_, kValues) && make(&seen_, kValues);
+    const std::size_t workspace = ZSTD_estimateCCtxSize(kLevel);
+    bool made = make(&workspace_, workspace + kAlign) && make(&plain_, plain_bytes_) &&
+                make(&values_, max_pixels + 1) && make(&rank_, kValues) && make(&seen_, kValues);
     if (made) {
-        made = !ZSTD_isError(ZSTD_CCtx_setParameter(context_, ZSTD_c_compressionLevel, kLevel));
-        // zstd allocates for the largest input it has seen: let it see that now.
-        std::unique_ptr<std::uint8_t[]> out;
-        made = made && make(&out, bound_) && compress(plain_bytes_, out.get()) > 0;
+        auto* start = workspace_.get();
+        start += (kAlign - reinterpret_cast<std::uintptr_t>(start) % kAlign) % kAlign;
+        context_ = ZSTD_initStaticCCtx(start, workspace);
+        made = context_ && !ZSTD_isError(ZSTD_CCtx_setParameter(context_, ZSTD_c_compressionLevel, kLevel));
     }
     if (made) return {};
     return Status::error(Code::insufficient_memory, "no memory to code images of %zu pixels", max_pixels);

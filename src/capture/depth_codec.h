@@ -49,7 +49,8 @@ class PixelEncoder {
   private:
     std::size_t compress(std::size_t bytes, std::uint8_t* out);
 
-    ZSTD_CCtx_s* context_ = nullptr;
+    ZSTD_CCtx_s* context_ = nullptr;  // in the workspace
+    std::unique_ptr<std::uint8_t[]> workspace_;
     std::unique_ptr<std::uint8_t[]> plain_;    // what zstd gets
     std::unique_ptr<std::uint16_t[]> values_;  // of the valid pixels
     std::unique_ptr<std::uint16_t[]> rank_;    // 65536

@@ -77,7 +77,8 @@ struct RecordedStream {
     std::uint8_t pixels = 0;              // a StreamPixels
     std::uint8_t colour_format = 0;       // a PixelFormat
     std::uint8_t calibrated = 0;
-    std::uint8_t zero[5] = {};
+    std::uint8_t min_confidence = 0;  // of confidence: depth of less counts as none
+    std::uint8_t zero[4] = {};
     char format[24] = "";
     double fps = 0, unit_m = 0;
     RecordedCamera camera;

@@ -105,6 +105,7 @@ Status RecordingWriter::begin(const char* source, const RecordingOptions& option
     header.T_camera_imu = recorded_pose(info_.T_camera_imu);
     for (int k = 0; k < kStreamKinds; ++k)
         if (info_.streams[k].width > 0) header.streams[k] = recorded_stream(info_.streams[k]);
+    header.streams[static_cast<int>(StreamKind::confidence)].min_confidence = options.min_confidence;
     std::memcpy(payload(), &header, sizeof header);
     RecordHead head;
     head.kind = RecordKind::header;

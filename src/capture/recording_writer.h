@@ -26,6 +26,8 @@ struct RecordingOptions {
     RecordedColour colour = RecordedColour::jpeg;
     // 1..100. At 90 the mean error in a sensor's image is below its noise.
     int jpeg_quality = 90;
+    // For whoever replays it: depth with less confidence counts as none (FrameView::min_confidence).
+    std::uint8_t min_confidence = 0;
     // The disk is made to hold what was written every so long, so a power cut loses no more. 0: only at the
     // end. A process that is killed loses what waits in the queue, whatever this is.
     std::int64_t sync_ns = 2'000'000'000;

@@ -35,7 +35,7 @@ inline DeviceInfo rig_device(int width = 16, int height = 12) {
                                                       : StreamPixels::u16;
         s.width = s.kind == StreamKind::colour ? width + 1 : width;
         s.height = height;
-        s.fps = 100;
+        s.fps = s.kind == StreamKind::colour ? 50 : 100;
         s.unit_m = 0.00125;
         s.camera = {s.width, s.height, width * 0.9 + k, width * 0.9, width / 2.0, height / 2.0, 0.01 * k};
         s.T_stream_depth.t = {0.02 * k, 0, 0.001};
@@ -48,6 +48,8 @@ inline constexpr std::int64_t kRigPeriod_ns = 10'000'000;  // 100 Hz
 inline constexpr std::int64_t kRigStart_ns = 5'000'000'000;
 // Two depth images share a colour image.
 inline int rig_colour_of(int n) { return n / 2; }
+
+inline std::int64_t rig_imu_ns(int i) { return kRigStart_ns + i * (kRigPeriod_ns / 5) + 1'000'000; }
 
 // Frame n with the memory it points to. The IMU reads five times a frame.
 struct RigFrame {
@@ -80,7 +82,7 @@ struct RigFrame {
         for (int i = 5 * n - 5; i <= 5 * n; ++i) {
             if (i < 0) continue;
             const double x = i * 0.25;
-            imu.push_back({kRigStart_ns + i * (kRigPeriod_ns / 5), {x, -x, 2 * x}, {x + 1, x - 9.81, x}});
+            imu.push_back({rig_imu_ns(i), {x, -x, 2 * x}, {x + 1, x - 9.81, x}});
         }
         captured.imu = imu.data();
         captured.imu_count = static_cast<int>(imu.size());

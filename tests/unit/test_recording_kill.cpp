@@ -60,10 +60,11 @@ struct Shared {
     std::atomic<std::uint64_t> written;  // frames, as the writer's statistics told
 };
 
-// The kernel hardly ever leaves a small write half done. This one is always in pieces.
+// The kernel hardly ever leaves a small write half done. This one is always in pieces, and takes its time.
 struct PiecesFile final : RecordingFile {
     DiskFile disk;
     std::int64_t write(std::uint64_t at, const void* from, std::size_t n) override {
+        std::this_thread::sleep_for(std::chrono::microseconds(20));
         return disk.write(at, from, std::min<std::size_t>(n, 61));
     }
     int sync() override { return disk.sync(); }
@@ -106,12 +107,13 @@ TEST(RecordingKill, KilledAtRandomMomentsItOpensToItsLastWholeRecord) {
         if (child == 0) record_until_killed(path, round % 2 == 1, shared);
         // From before the header is there to some hundred frames.
         const auto until = std::chrono::steady_clock::now() + std::chrono::microseconds(rng.below(30'000));
-        const auto wanted = static_cast<std::uint64_t>(round % 4 == 0 ? 0 : rng.below(60));
+        const auto wanted = static_cast<std::uint64_t>(round % 4 == 0 ? 0 : rng.below(round % 2 ? 15 : 60));
         while (std::chrono::steady_clock::now() < until || shared.written < wanted) {
             int ended = 0;
             ASSERT_EQ(waitpid(child, &ended, WNOHANG), 0) << "the writer ended with " << WEXITSTATUS(ended);
             std::this_thread::yield();
         }
+        std::this_thread::sleep_for(std::chrono::microseconds(rng.below(3000)));
         kill(child, SIGKILL);
         int result = 0;
         ASSERT_EQ(waitpid(child, &result, 0), child);
