@@ -14,7 +14,7 @@
 
 namespace burin {
 
-// For one pair of cameras. configure() allocates (rows; with a distorted depth camera eight bytes a pixel),
+// For one pair of cameras. configure() allocates (rows; with a distorted depth camera twelve bytes a pixel),
 // the others do not. One thread at a time.
 class Registration {
   public:
@@ -41,7 +41,8 @@ class Registration {
 
   private:
     Status check(int depth_width, int depth_height, int width, int height, std::ptrdiff_t pitch) const;
-    const float* ray(int axis, int y) const;
+    void fill_rays();
+    simd::RayRow rays(int y) const;
 
     Camera depth_, colour_;
     simd::Reprojection by_;

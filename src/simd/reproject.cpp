@@ -12,7 +12,11 @@ struct Landed {
 };
 
 // False: lands nowhere.
-inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, Landed* to) {
+inline bool land(const std::uint16_t* depths, int column, int row, const RayRow* rays, const Reprojection& by,
+                 Landed* to) {
+    const std::uint16_t depth = depths[column];
+    const float x = rays ? rays->x[column] : static_cast<float>(column);
+    const float y = rays ? rays->y[column] : static_cast<float>(row);
     const float* h = by.h;
     const float z = static_cast<float>(depth);
     const float U = (h[0] * x + (h[1] * y + h[2])) * z + by.t[0];
@@ -21,6 +25,7 @@ inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, 
     if (depth == 0 || depth == 65535 || !(Z >= by.nearest && Z < 65534.5f)) return false;
     const float i = 1.0f / Z;
     float u = U * i, v = V * i, e = z * i;
+    if (rays) e = e * rays->span[column];
     if (by.distorted) {
         const float xx = u * u, yy = v * v, two_xy = 2.0f * (u * v), r2 = xx + yy;
         if (!(r2 <= by.most_r2)) return false;
@@ -53,40 +58,44 @@ inline Span span_of(float centre, float half, int size) {
 
 namespace scalar {
 
-void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-                    const Reprojection& by, const Footprints& out) {
+void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+                    const Footprints& out) {
     const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
     for (int i = 0; i < padded; ++i) {
-        out.cell[i] = 0;
-        out.what[i] = kNowhere;
+        std::int32_t cell = 0;
+        std::uint32_t what = kNowhere;
         Landed at;
-        if (i >= width || !land(depth[i], ray_x ? ray_x[i] : static_cast<float>(i),
-                                ray_y ? ray_y[i] : static_cast<float>(y), by, &at))
-            continue;
-        const Span columns = span_of(at.u, std::min(by.half_u * at.extent, kMostHalf), by.width);
-        const Span rows = span_of(at.v, std::min(by.half_v * at.extent, kMostHalf), by.height);
-        if (columns.count <= 0 || rows.count <= 0) continue;
-        out.cell[i] = rows.first * by.pitch + columns.first;
-        out.what[i] = static_cast<std::uint32_t>(at.z - 0.5f) << 16 |
-                      static_cast<std::uint32_t>(rows.count << 8 | columns.count);
+        if (i < width && land(depth, i, y, rays, by, &at)) {
+            const Span columns = span_of(at.u, std::min(by.half_u * at.extent, kMostHalf), by.width);
+            const Span rows = span_of(at.v, std::min(by.half_v * at.extent, kMostHalf), by.height);
+            if (columns.count > 0 && rows.count > 0) {
+                cell = rows.first * by.pitch + columns.first;
+                what = static_cast<std::uint32_t>(at.z - 0.5f) << 16 |
+                       static_cast<std::uint32_t>(rows.count << 8 | columns.count);
+            }
+        }
+        out.cell[i] = cell;
+        out.what[i] = what;
     }
 }
 
-void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-               const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
+void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+               std::int32_t* cell, std::uint16_t* depth_there) {
     const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
     for (int i = 0; i < padded; ++i) {
-        cell[i] = -1;
-        depth_there[i] = 0;
+        // Each stored once: with a first store of "nowhere" GCC 12.2 at -O3 loses the second one.
+        std::int32_t found = -1;
+        std::uint16_t there = 0;
         Landed at;
-        if (i >= width || !land(depth[i], ray_x ? ray_x[i] : static_cast<float>(i),
-                                ray_y ? ray_y[i] : static_cast<float>(y), by, &at))
-            continue;
-        const float u = at.u + 0.5f, v = at.v + 0.5f;
-        if (!(u >= 0 && v >= 0 && u < static_cast<float>(by.width) && v < static_cast<float>(by.height)))
-            continue;
-        cell[i] = static_cast<int>(v) * by.pitch + static_cast<int>(u);
-        depth_there[i] = static_cast<std::uint16_t>(static_cast<int>(at.z - 0.5f) + 1);
+        if (i < width && land(depth, i, y, rays, by, &at)) {
+            const float u = at.u + 0.5f, v = at.v + 0.5f;
+            if (u >= 0 && v >= 0 && u < static_cast<float>(by.width) && v < static_cast<float>(by.height)) {
+                found = static_cast<int>(v) * by.pitch + static_cast<int>(u);
+                there = static_cast<std::uint16_t>(static_cast<int>(at.z - 0.5f) + 1);
+            }
+        }
+        cell[i] = found;
+        depth_there[i] = there;
     }
 }
 
@@ -139,13 +148,13 @@ void colours_row(const std::int32_t* cell, const std::uint16_t* depth_there, int
 }
 
 #if defined(BURIN_SCALAR_ONLY)
-void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-                    const Reprojection& by, const Footprints& out) {
-    scalar::footprints_row(depth, width, y, ray_x, ray_y, by, out);
+void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+                    const Footprints& out) {
+    scalar::footprints_row(depth, width, y, rays, by, out);
 }
-void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-               const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
-    scalar::cells_row(depth, width, y, ray_x, ray_y, by, cell, depth_there);
+void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+               std::int32_t* cell, std::uint16_t* depth_there) {
+    scalar::cells_row(depth, width, y, rays, by, cell, depth_there);
 }
 void add_one(std::uint16_t* values, int count) { scalar::add_one(values, count); }
 #endif

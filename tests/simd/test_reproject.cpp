@@ -50,12 +50,13 @@ Reprojection random_reprojection(Rng& rng, bool adversarial) {
 
 struct Row {
     std::vector<std::uint16_t> depth;
-    std::vector<float> x, y;
+    std::vector<float> x, y, span;
     int line;
     Row(Rng& rng, int width)
         : depth(tight<std::uint16_t>(static_cast<std::size_t>(width), 0)),
           x(tight<float>(static_cast<std::size_t>(width), 0)),
           y(tight<float>(static_cast<std::size_t>(width), 0)),
+          span(tight<float>(static_cast<std::size_t>(width), 0)),
           line(rng.below(50)) {
         for (std::size_t i = 0; i < depth.size(); ++i) {
             const int kind = rng.below(12);
@@ -65,6 +66,7 @@ struct Row {
                                                               : 500 + rng.below(4000));
             x[i] = static_cast<float>(i) + static_cast<float>(rng.uniform(-2, 2));
             y[i] = static_cast<float>(line) + static_cast<float>(rng.uniform(-2, 2));
+            span[i] = static_cast<float>(rng.uniform(0.25, 4));
             if (rng.below(200) == 0) x[i] = awkward(rng);
         }
     }
@@ -94,11 +96,11 @@ TEST_P(Reproject, FindsTheSpecificationsFootprints) {
         const int width = round < 200 ? round / 2 : 1 + rng.below(150);
         const Reprojection by = random_reprojection(rng, round % 5 == 4);
         const Row row(rng, width);
-        const bool rays = rng.below(2) == 0;
-        const float *x = rays ? row.x.data() : nullptr, *y = rays ? row.y.data() : nullptr;
+        const RayRow table = {row.x.data(), row.y.data(), row.span.data()};
+        const RayRow* rays = rng.below(2) ? &table : nullptr;
         Landed got(width), expected(width);
-        footprints_row(row.depth.data(), width, row.line, x, y, by, got.view());
-        scalar::footprints_row(row.depth.data(), width, row.line, x, y, by, expected.view());
+        footprints_row(row.depth.data(), width, row.line, rays, by, got.view());
+        scalar::footprints_row(row.depth.data(), width, row.line, rays, by, expected.view());
         ASSERT_TRUE(same_bytes(got.cell, expected.cell)) << "round " << round;
         ASSERT_TRUE(same_bytes(got.what, expected.what)) << "round " << round;
         for (std::size_t i = 0; i < got.cell.size(); ++i) {
@@ -109,8 +111,8 @@ TEST_P(Reproject, FindsTheSpecificationsFootprints) {
             ASSERT_LE(got.cell[i] / by.pitch + rows, by.height);
             (got.less_one(i) == 65535 ? nowhere : landed) += 1;
         }
-        cells_row(row.depth.data(), width, row.line, x, y, by, got.cell.data(), got.depth.data());
-        scalar::cells_row(row.depth.data(), width, row.line, x, y, by, expected.cell.data(),
+        cells_row(row.depth.data(), width, row.line, rays, by, got.cell.data(), got.depth.data());
+        scalar::cells_row(row.depth.data(), width, row.line, rays, by, expected.cell.data(),
                           expected.depth.data());
         ASSERT_TRUE(same_bytes(got.cell, expected.cell)) << "round " << round;
         ASSERT_TRUE(same_bytes(got.depth, expected.depth)) << "round " << round;
@@ -145,7 +147,7 @@ TEST(ReprojectSpecification, CoversTheCellsWhoseCentresLieInside) {
         by.half_u = by.half_v = 0.53f * by.h[0];
         const Row row(rng, 40);
         Landed got(40);
-        scalar::footprints_row(row.depth.data(), 40, row.line, nullptr, nullptr, by, got.view());
+        scalar::footprints_row(row.depth.data(), 40, row.line, nullptr, by, got.view());
         for (int i = 0; i < 40; ++i) {
             const auto k = static_cast<std::size_t>(i);
             const double z = row.depth[k];
