@@ -60,7 +60,7 @@ struct Frames {
     std::vector<std::uint16_t> depth = std::vector<std::uint16_t>(kPixels), registered;
     std::vector<std::uint8_t> rgb, out = std::vector<std::uint8_t>(3 * kPixels),
                                    mask = std::vector<std::uint8_t>(kPixels);
-    Registration registration;
+    ImageRegistration registration;
     Camera colour;
     Frames(int width, int height, bool distorted, bool depth_distorted = false)
         : colour(colour_camera(width, height, distorted)) {

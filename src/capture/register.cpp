@@ -42,8 +42,8 @@ double most_r2_of(const Camera& c) {
 
 }  // namespace
 
-Status Registration::configure(const Camera& depth, double depth_unit_m, const Camera& colour,
-                               const Se3& T_colour_depth) {
+Status ImageRegistration::configure(const Camera& depth, double depth_unit_m, const Camera& colour,
+                                    const Se3& T_colour_depth) {
     rows_.reset();
     rays_.reset();
     BURIN_TRY(check_camera(depth, "depth"));
@@ -118,7 +118,7 @@ Status Registration::configure(const Camera& depth, double depth_unit_m, const C
     return {};
 }
 
-void Registration::fill_rays() {
+void ImageRegistration::fill_rays() {
     const Camera& c = depth_;
     const auto at = [&](double u, double v) {
         const Vec3d r = unproject(c, {u, v});
@@ -138,7 +138,7 @@ void Registration::fill_rays() {
         }
 }
 
-simd::RayRow Registration::rays(int y) const {
+simd::RayRow ImageRegistration::rays(int y) const {
     if (!rays_) return {};
     const std::size_t width = static_cast<std::size_t>(depth_.width),
                       pixels = width * static_cast<std::size_t>(depth_.height);
@@ -146,8 +146,8 @@ simd::RayRow Registration::rays(int y) const {
     return {row, row + pixels, row + 2 * pixels};
 }
 
-Status Registration::check(int depth_width, int depth_height, int width, int height,
-                           std::ptrdiff_t pitch) const {
+Status ImageRegistration::check(int depth_width, int depth_height, int width, int height,
+                                std::ptrdiff_t pitch) const {
     if (!configured()) return Status::error(Code::state, "registration: not configured");
     if (depth_width != depth_.width || depth_height != depth_.height || width != colour_.width ||
         height != colour_.height || pitch < width || pitch > 32767)
@@ -160,7 +160,7 @@ Status Registration::check(int depth_width, int depth_height, int width, int hei
     return {};
 }
 
-Status Registration::depth_to_colour(View<const std::uint16_t> depth, View<std::uint16_t> out) {
+Status ImageRegistration::depth_to_colour(View<const std::uint16_t> depth, View<std::uint16_t> out) {
     BURIN_TRY(check(depth.width, depth.height, out.width, out.height, out.stride));
     by_.pitch = static_cast<int>(out.stride);
     for (int y = 0; y < out.height; ++y) std::fill_n(out.row(y), out.width, std::uint16_t{65535});
@@ -173,9 +173,9 @@ Status Registration::depth_to_colour(View<const std::uint16_t> depth, View<std::
     return {};
 }
 
-Status Registration::colour_to_depth(View<const std::uint8_t> rgb, View<const std::uint16_t> depth,
-                                     View<const std::uint16_t> registered, View<std::uint8_t> out,
-                                     View<std::uint8_t> mask) {
+Status ImageRegistration::colour_to_depth(View<const std::uint8_t> rgb, View<const std::uint16_t> depth,
+                                          View<const std::uint16_t> registered, View<std::uint8_t> out,
+                                          View<std::uint8_t> mask) {
     BURIN_TRY(check(depth.width, depth.height, registered.width, registered.height, registered.stride));
     BURIN_TRY(check(out.width, out.height, rgb.width, rgb.height, registered.stride));
     BURIN_TRY(check(mask.width, mask.height, rgb.width, rgb.height, registered.stride));

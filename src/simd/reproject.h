@@ -57,8 +57,8 @@ inline constexpr float kMostHalf = 7.9f;
 void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
                     const Footprints& out);
 
-// The same for one cell each, the nearest (floor(u + 1/2), floor(v + 1/2)): -1 in `cell` and 0 in
-// `depth_there` for a pixel that lands nowhere. As many as the row has pixels rounded up to kFootprintBatch.
+// The same for one cell each, the nearest: (floor(u + 1/2), floor(v + 1/2)), and the depth there. Both 0 for a
+// pixel that lands nowhere. As many as the row has pixels rounded up to kFootprintBatch.
 void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
                std::int32_t* cell, std::uint16_t* depth_there);
 
@@ -70,7 +70,7 @@ void splat_row(const Footprints& row, int width, int pitch, std::uint16_t* targe
 void add_one(std::uint16_t* values, int count);
 
 // The colour of each pixel of depth by the cells of cells_row: 3 bytes from rgb + y * rgb_stride + 3 x, and
-// 255 to mask[i], or 0 and 0 where the cell is -1 or the surface in front hides it: registered[cell] != 0 and
+// 255 to mask[i], or 0 and 0 where depth_there is 0 or a surface in front hides it: registered[cell] != 0 and
 // depth_there > registered[cell] + slack + depth_there / 64. `pitch` is that of the cells and of
 // `registered`. No vectors in it.
 struct ColourSource {

@@ -202,7 +202,7 @@ void CellsOf(const RowView& row, int first, int count, int y, const Reprojection
             hn::Add(hn::Mul(TruncateInRange(hn::IfThenElseZero(valid, v)), hn::Set(di, by.pitch)),
                     TruncateInRange(hn::IfThenElseZero(valid, u)));
         const auto lands = hn::RebindMask(di, valid);
-        hn::StoreU(hn::IfThenElse(lands, cell, hn::Set(di, -1)), di, cell_out + i);
+        hn::StoreU(hn::IfThenElseZero(lands, cell), di, cell_out + i);
         hn::StoreU(hn::DemoteTo(du16, hn::IfThenElseZero(
                                           lands, hn::Add(TruncateInRange(hn::Sub(Z, half)), hn::Set(di, 1)))),
                    du16, depth_there + i);

@@ -223,7 +223,7 @@ TEST(ReprojectSpecification, HidesWhatASurfaceStandsBefore) {
     const std::uint8_t rgb[] = {1, 2, 3,  4,  5,  6,  7,
                                 8, 9, 10, 11, 12, 99, 99};            // two rows of two, and two bytes
     const std::uint16_t registered[] = {1000, 0, 77, 2000, 500, 77};  // pitch 3
-    const std::int32_t cell[] = {0, 0, 1, 3, 4, -1};
+    const std::int32_t cell[] = {0, 0, 1, 3, 4, 0};
     const std::uint16_t there[] = {1015, 1035, 900, 2000, 600, 0};
     std::uint8_t out[18], mask[6];
     colours_row(cell, there, 6, {rgb, 6, registered, 3, 10}, out, mask);

@@ -114,7 +114,7 @@ TEST(Register, GivesWhatTheColourCameraSees) {
     };
     for (const auto& pair : kPairs) {
         const Image<std::uint16_t> depth = render(world, pair.depth, {});
-        Registration r;
+        ImageRegistration r;
         ASSERT_TRUE(r.configure(pair.depth, kUnit_m, pair.colour, extrinsic()).ok());
         Image<std::uint16_t> out(pair.colour.width, pair.colour.height, 1, 7);
         ASSERT_TRUE(r.depth_to_colour(depth.view(), out.view()).ok());
@@ -132,7 +132,7 @@ TEST(Register, NothingThatCannotBeSeen) {
     const Camera colour{160, 120, 146, 146, 79.5, 59.5};
     Se3 aside;
     aside.t = {-0.15, 0, 0};  // the colour camera stands 0.15 m to the right
-    Registration r;
+    ImageRegistration r;
     ASSERT_TRUE(r.configure(kDepth, kUnit_m, colour, aside).ok());
     const Image<std::uint16_t> depth = render(world, kDepth, {});
     Image<std::uint16_t> out(colour.width, colour.height);
@@ -162,7 +162,7 @@ TEST(Register, ColourWhereTheColourCameraSeesTheSamePoint) {
             rgb.view().at(x, y, box ? 0 : 1) = 200;
         }
     const Image<std::uint16_t> depth = render(world, kDepth, {});
-    Registration r;
+    ImageRegistration r;
     ASSERT_TRUE(r.configure(kDepth, kUnit_m, colour, aside).ok());
     Image<std::uint16_t> registered(colour.width, colour.height);
     Image<std::uint8_t> out(kDepth.width, kDepth.height, 3, 7), mask(kDepth.width, kDepth.height, 1, 7);
@@ -214,7 +214,7 @@ TEST(Register, SameBytesOnEveryTarget) {
     std::vector<std::uint8_t> first_colours;
     for (const std::string& target : simd::target_names()) {
         ASSERT_TRUE(simd::select_target(target));
-        Registration r;
+        ImageRegistration r;
         ASSERT_TRUE(r.configure(odd, kUnit_m, lens, extrinsic()).ok());
         Image<std::uint16_t> out(lens.width, lens.height);
         Image<std::uint8_t> colours(odd.width, odd.height, 3), mask(odd.width, odd.height);
@@ -234,7 +234,7 @@ TEST(Register, SameBytesOnEveryTarget) {
 TEST(Register, StridedImagesAndBadOnes) {
     const World world;
     const Camera colour{160, 120, 150, 150, 78, 61};
-    Registration r;
+    ImageRegistration r;
     Image<std::uint16_t> depth = render(world, kDepth, {}), out(colour.width, colour.height),
                          wide(200, colour.height, 1, 7);
     EXPECT_EQ(r.depth_to_colour(depth.view(), out.view()).code(), Code::state);
