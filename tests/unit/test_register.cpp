@@ -126,6 +126,27 @@ TEST(Register, GivesWhatTheColourCameraSees) {
     }
 }
 
+TEST(Register, ASurfaceThatLeansStaysWhole) {
+    World world;
+    world.box = false;
+    world.lean = 0.95;    // 43.5 degrees
+    world.wall_m = 1.25;  // 0.82 m at the left of the image, where neighbours part most
+    for (const double side : {-0.05, 0.05}) {
+        Se3 T;
+        T.t = {side, 0, 0};
+        for (const Camera& colour : {kDepth, Camera{320, 240, 292, 292, 159.5, 119.5}}) {
+            ImageRegistration r;
+            ASSERT_TRUE(r.configure(kDepth, kUnit_m, colour, T).ok());
+            Image<std::uint16_t> out(colour.width, colour.height);
+            ASSERT_TRUE(r.depth_to_colour(render(world, kDepth, {}).view(), out.view()).ok());
+            const Compared c = compare(world, kDepth, colour, T, out.view(), 0.03);
+            EXPECT_GT(c.pixels, colour.width * colour.height / 3);
+            EXPECT_EQ(c.holes, 0) << side << " of " << c.pixels;
+            EXPECT_EQ(c.wrong, 0) << side << " of " << c.pixels;
+        }
+    }
+}
+
 TEST(Register, NothingThatCannotBeSeen) {
     // Behind the box, as the depth camera sees it, the colour camera sees wall that no depth pixel fell on.
     const World world;
