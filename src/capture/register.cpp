@@ -167,7 +167,7 @@ Status ImageRegistration::depth_to_colour(View<const std::uint16_t> depth, View<
     for (int y = 0; y < depth.height; ++y) {
         const simd::RayRow row = rays(y);
         simd::footprints_row(depth.row(y), depth.width, y, rays_ ? &row : nullptr, by_, footprints_);
-        simd::splat_row(footprints_, depth.width, by_.pitch, out.data);
+        simd::splat_row(footprints_, depth.width, by_, out.data);
     }
     for (int y = 0; y < out.height; ++y) simd::add_one(out.row(y), out.width);
     return {};

@@ -99,36 +99,21 @@ void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays,
     }
 }
 
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    for (int i = 0; i < width; ++i) {
+        const int columns = row.what[i] & 255, rows = row.what[i] >> 8 & 255;
+        const auto less_one = static_cast<std::uint16_t>(row.what[i] >> 16);
+        std::uint16_t* at = target + row.cell[i];
+        for (int v = 0; v < rows; ++v, at += by.pitch)
+            for (int u = 0; u < columns; ++u) at[u] = std::min(at[u], less_one);
+    }
+}
+
 void add_one(std::uint16_t* values, int count) {
     for (int i = 0; i < count; ++i) ++values[i];
 }
 
 }  // namespace scalar
-
-void splat_row(const Footprints& row, int width, int pitch, std::uint16_t* target) {
-    constexpr int kGroup = 4;
-    const std::int32_t* cell = row.cell;
-    const std::uint32_t* what = row.what;
-    const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
-    for (int i = 0; i < padded; i += kGroup) {
-        // Single cells all four: nearly always, where both views have one size. No byte of a size is 0.
-        const std::uint32_t all = what[i] | what[i + 1] | what[i + 2] | what[i + 3];
-        if ((all & 0xffff) == 0x101) {
-            for (int k = i; k < i + kGroup; ++k) {
-                const std::uint16_t before = target[cell[k]];
-                target[cell[k]] = std::min(before, static_cast<std::uint16_t>(what[k] >> 16));
-            }
-            continue;
-        }
-        for (int k = i; k < i + kGroup; ++k) {
-            const int columns = what[k] & 255, rows = what[k] >> 8 & 255;
-            const auto less_one = static_cast<std::uint16_t>(what[k] >> 16);
-            std::uint16_t* at = target + cell[k];
-            for (int v = 0; v < rows; ++v, at += pitch)
-                for (int u = 0; u < columns; ++u) at[u] = std::min(at[u], less_one);
-        }
-    }
-}
 
 void colours_row(const std::int32_t* cell, const std::uint16_t* depth_there, int width,
                  const ColourSource& source, std::uint8_t* rgb, std::uint8_t* mask) {
@@ -160,6 +145,9 @@ void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* 
 void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
                std::int32_t* cell, std::uint16_t* depth_there) {
     scalar::cells_row(depth, width, y, rays, by, cell, depth_there);
+}
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    scalar::splat_row(row, width, by, target);
 }
 void add_one(std::uint16_t* values, int count) { scalar::add_one(values, count); }
 #endif

@@ -57,14 +57,15 @@ inline constexpr float kMostHalf = 7.9f;
 void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
                     const Footprints& out);
 
-// The same for one cell each, the nearest: (floor(u + 1/2), floor(v + 1/2)), and the depth there. Both 0 for a
-// pixel that lands nowhere. As many as the row has pixels rounded up to kFootprintBatch.
+// The same for one cell each, the nearest: (floor(u + 1/2), floor(v + 1/2)), and the depth there. Both 0 for
+// a pixel that lands nowhere. As many as the row has pixels rounded up to kFootprintBatch.
 void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
                std::int32_t* cell, std::uint16_t* depth_there);
 
 // The z-buffer: target[c] = min(target[c], depth - 1 of each footprint that covers c). The result does not
-// depend on the order of rows. No vectors in it.
-void splat_row(const Footprints& row, int width, int pitch, std::uint16_t* target);
+// depend on the order of rows. Cells between the rows of `target`, where its pitch is more than its width,
+// are not touched. Of `by` size and pitch count.
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target);
 
 // values[i] += 1, modulo 2^16: the z-buffer to depth.
 void add_one(std::uint16_t* values, int count);
@@ -88,6 +89,7 @@ void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* 
                     const Footprints& out);
 void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
                std::int32_t* cell, std::uint16_t* depth_there);
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target);
 void add_one(std::uint16_t* values, int count);
 }  // namespace scalar
 

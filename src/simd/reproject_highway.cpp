@@ -27,6 +27,9 @@ void CellsRow(const std::uint16_t* depth, int width, int y, const RayRow* rays, 
               std::int32_t* cell, std::uint16_t* depth_there) {
     scalar::cells_row(depth, width, y, rays, by, cell, depth_there);
 }
+void SplatRow(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    scalar::splat_row(row, width, by, target);
+}
 void AddOne(std::uint16_t* values, int count) { scalar::add_one(values, count); }
 
 #else
@@ -251,6 +254,47 @@ void CellsRow(const std::uint16_t* depth, int width, int y, const RayRow* rays, 
     });
 }
 
+// 65535 from the columns' number on: the minimum with it leaves what is there.
+constexpr int kEight = 8;
+alignas(16) constexpr std::uint16_t kBeyond[2 * kEight] = {
+    0, 0, 0, 0, 0, 0, 0, 0, 65535, 65535, 65535, 65535, 65535, 65535, 65535, 65535};
+
+void SplatRow(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    constexpr int kGroup = 4;
+    const hn::CappedTag<std::uint16_t, kEight> eight;
+    const std::int32_t* cell = row.cell;
+    const std::uint32_t* what = row.what;
+    const std::ptrdiff_t pitch = by.pitch;
+    const std::ptrdiff_t last = (by.height - 1) * pitch + by.width - kEight;  // where eight still fit
+    const bool packed = by.pitch == by.width;
+    const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
+    for (int i = 0; i < padded; i += kGroup) {
+        // Single cells all four: nearly always, where both views have one size. No byte of a size is 0.
+        const std::uint32_t all = what[i] | what[i + 1] | what[i + 2] | what[i + 3];
+        if ((all & 0xffff) == 0x101) {
+            for (int k = i; k < i + kGroup; ++k) {
+                const std::uint16_t before = target[cell[k]];
+                target[cell[k]] = std::min(before, static_cast<std::uint16_t>(what[k] >> 16));
+            }
+            continue;
+        }
+        for (int k = i; k < i + kGroup; ++k) {
+            const int columns = static_cast<int>(what[k] & 255), rows = static_cast<int>(what[k] >> 8 & 255);
+            if (packed && columns <= kEight && cell[k] + (rows - 1) * pitch <= last) {
+                // Eight at a time, whatever the number: no jumps that cannot be foretold.
+                const auto value = hn::Or(hn::Set(eight, static_cast<std::uint16_t>(what[k] >> 16)),
+                                          hn::LoadU(eight, kBeyond + kEight - columns));
+                std::uint16_t* at = target + cell[k];
+                for (int v = 0; v < rows; ++v, at += pitch)
+                    hn::StoreU(hn::Min(hn::LoadU(eight, at), value), eight, at);
+                continue;
+            }
+            const Footprints one = {row.cell + k, row.what + k};
+            scalar::splat_row(one, 1, by, target);
+        }
+    }
+}
+
 void AddOne(std::uint16_t* values, int count) {
     const hn::CappedTag<std::uint16_t, 32> d;
     const int lanes = static_cast<int>(hn::Lanes(d));
@@ -270,6 +314,7 @@ namespace burin::simd {
 
 HWY_EXPORT(FootprintsRow);
 HWY_EXPORT(CellsRow);
+HWY_EXPORT(SplatRow);
 HWY_EXPORT(AddOne);
 
 void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
@@ -282,6 +327,11 @@ void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays,
                std::int32_t* cell, std::uint16_t* depth_there) {
     if (scalar_selected()) return scalar::cells_row(depth, width, y, rays, by, cell, depth_there);
     BURIN_DISPATCH(CellsRow)(depth, width, y, rays, by, cell, depth_there);
+}
+
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    if (scalar_selected()) return scalar::splat_row(row, width, by, target);
+    BURIN_DISPATCH(SplatRow)(row, width, by, target);
 }
 
 void add_one(std::uint16_t* values, int count) {

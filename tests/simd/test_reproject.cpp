@@ -134,6 +134,45 @@ TEST_P(Reproject, AddsOne) {
     }
 }
 
+TEST_P(Reproject, SplatsTheNearest) {
+    Rng rng(213);
+    for (int round = 0; round < 300; ++round) {
+        const int width = 1 + rng.below(60), pitch = 20 + rng.below(2) * rng.below(9);
+        constexpr int kHeight = 30;
+        Landed row(width);
+        const Reprojection by = [&] {
+            Reprojection r;
+            r.width = 20, r.height = kHeight, r.pitch = pitch;
+            return r;
+        }();
+        std::vector<std::uint16_t> expected(static_cast<std::size_t>(pitch * kHeight), 65535);
+        for (std::size_t i = 0; i < row.cell.size(); ++i) {
+            const bool none = i >= static_cast<std::size_t>(width) || rng.below(5) == 0;
+            const int columns = round % 2 || none ? 1 : 1 + rng.below(3),
+                      rows = round % 2 || none ? 1 : 1 + rng.below(3);
+            const int x = none ? 0 : rng.below(by.width - columns + 1),
+                      y = none ? 0 : rng.below(kHeight - rows + 1);
+            row.cell[i] = y * pitch + x;
+            const int less_one = none ? 65535 : rng.below(65535);
+            row.what[i] =
+                static_cast<std::uint32_t>(less_one) << 16 | static_cast<std::uint32_t>(columns | rows << 8);
+            for (int v = y; v < y + rows; ++v)
+                for (int u = x; u < x + columns; ++u) {
+                    std::uint16_t& at = expected[static_cast<std::size_t>(v * pitch + u)];
+                    at = std::min(at, static_cast<std::uint16_t>(less_one));
+                }
+        }
+        expected.resize(
+            static_cast<std::size_t>((kHeight - 1) * pitch + by.width));  // no cell behind the last
+        std::vector<std::uint16_t> got = tight<std::uint16_t>(expected.size(), 65535);
+        splat_row(row.view(), width, by, got.data());
+        ASSERT_TRUE(same_bytes(got, expected));
+        got.assign(got.size(), 65535);
+        scalar::splat_row(row.view(), width, by, got.data());
+        ASSERT_TRUE(same_bytes(got, expected));
+    }
+}
+
 BURIN_EVERY_TARGET(Reproject);
 
 // Against the definition: a cell is covered when its centre lies in the footprint.
@@ -183,40 +222,6 @@ TEST(ReprojectSpecification, CoversTheCellsWhoseCentresLieInside) {
         }
     }
     EXPECT_GT(covered, 1000);
-}
-
-TEST(ReprojectSpecification, SplatsTheNearest) {
-    Rng rng(213);
-    for (int round = 0; round < 300; ++round) {
-        const int width = 1 + rng.below(60), pitch = 20 + rng.below(9);
-        constexpr int kHeight = 30;
-        Landed row(width);
-        const Reprojection by = [&] {
-            Reprojection r;
-            r.width = 20, r.height = kHeight, r.pitch = pitch;
-            return r;
-        }();
-        std::vector<std::uint16_t> expected(static_cast<std::size_t>(pitch * kHeight), 65535);
-        for (std::size_t i = 0; i < row.cell.size(); ++i) {
-            const bool none = i >= static_cast<std::size_t>(width) || rng.below(5) == 0;
-            const int columns = round % 2 || none ? 1 : 1 + rng.below(3),
-                      rows = round % 2 || none ? 1 : 1 + rng.below(3);
-            const int x = none ? 0 : rng.below(by.width - columns + 1),
-                      y = none ? 0 : rng.below(kHeight - rows + 1);
-            row.cell[i] = y * pitch + x;
-            const int less_one = none ? 65535 : rng.below(65535);
-            row.what[i] =
-                static_cast<std::uint32_t>(less_one) << 16 | static_cast<std::uint32_t>(columns | rows << 8);
-            for (int v = y; v < y + rows; ++v)
-                for (int u = x; u < x + columns; ++u) {
-                    std::uint16_t& at = expected[static_cast<std::size_t>(v * pitch + u)];
-                    at = std::min(at, static_cast<std::uint16_t>(less_one));
-                }
-        }
-        std::vector<std::uint16_t> got(expected.size(), 65535);
-        splat_row(row.view(), width, pitch, got.data());
-        ASSERT_TRUE(same_bytes(got, expected));
-    }
 }
 
 TEST(ReprojectSpecification, HidesWhatASurfaceStandsBefore) {
