@@ -60,7 +60,7 @@ struct Frames {
     std::vector<std::uint16_t> depth = std::vector<std::uint16_t>(kPixels), registered;
     std::vector<std::uint8_t> rgb, out = std::vector<std::uint8_t>(3 * kPixels),
                                    mask = std::vector<std::uint8_t>(kPixels);
-    Registration registration;
+    ImageRegistration registration;
     Camera colour;
     Frames(int width, int height, bool distorted, bool depth_distorted = false)
         : colour(colour_camera(width, height, distorted)) {
@@ -78,11 +78,15 @@ struct Frames {
         unpack_image(simd::Packing::msb11, {scene().packed.data(), scene().packed.size(), 0},
                      {scene().table.data(), 2048}, depth_view());
     }
-    void forward() { registration.depth_to_colour(depth_view(), registered_view()); }
+    void forward() {
+        if (!registration.depth_to_colour(depth_view(), registered_view())) std::abort();
+    }
     void back() {
-        registration.colour_to_depth(
-            {rgb.data(), colour.width, colour.height, 3 * colour.width, 3}, depth_view(), registered_view(),
-            {out.data(), kWidth, kHeight, 3 * kWidth, 3}, {mask.data(), kWidth, kHeight, kWidth});
+        if (!registration.colour_to_depth({rgb.data(), colour.width, colour.height, 3 * colour.width, 3},
+                                          depth_view(), registered_view(),
+                                          {out.data(), kWidth, kHeight, 3 * kWidth, 3},
+                                          {mask.data(), kWidth, kHeight, kWidth}))
+            std::abort();
     }
 };
 

@@ -42,8 +42,8 @@ double most_r2_of(const Camera& c) {
 
 }  // namespace
 
-Status Registration::configure(const Camera& depth, double depth_unit_m, const Camera& colour,
-                               const Se3& T_colour_depth) {
+Status ImageRegistration::configure(const Camera& depth, double depth_unit_m, const Camera& colour,
+                                    const Se3& T_colour_depth) {
     rows_.reset();
     rays_.reset();
     BURIN_TRY(check_camera(depth, "depth"));
@@ -106,7 +106,7 @@ Status Registration::configure(const Camera& depth, double depth_unit_m, const C
                                simd::kFootprintBatch * simd::kFootprintBatch;
     const std::size_t pixels = static_cast<std::size_t>(depth.width) * static_cast<std::size_t>(depth.height);
     std::unique_ptr<std::uint32_t[]> rows(new (std::nothrow) std::uint32_t[2 * padded]);
-    if (depth.distorted()) rays_.reset(new (std::nothrow) float[2 * pixels]);
+    if (depth.distorted()) rays_.reset(new (std::nothrow) float[3 * pixels]);
     if (!rows || (depth.distorted() && !rays_))
         return Status::error(Code::insufficient_memory, "registration: no memory for %dx%d pixels",
                              depth.width, depth.height);
@@ -114,27 +114,40 @@ Status Registration::configure(const Camera& depth, double depth_unit_m, const C
     footprints_.what = rows.get() + padded;
     there_ = reinterpret_cast<std::uint16_t*>(footprints_.what);  // one or the other
     rows_ = std::move(rows);
-    if (rays_)
-        for (int y = 0; y < depth.height; ++y)
-            for (int x = 0; x < depth.width; ++x) {
-                const Vec3d r = unproject(depth, {static_cast<double>(x), static_cast<double>(y)});
-                const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(depth.width) +
-                                      static_cast<std::size_t>(x);
-                rays_[i] = static_cast<float>(depth.fx * r.x + depth.cx);
-                rays_[pixels + i] = static_cast<float>(depth.fy * r.y + depth.cy);
-            }
+    if (rays_) fill_rays();
     return {};
 }
 
-const float* Registration::ray(int axis, int y) const {
-    if (!rays_) return nullptr;
-    const std::size_t row = static_cast<std::size_t>(axis) * static_cast<std::size_t>(depth_.height) +
-                            static_cast<std::size_t>(y);
-    return rays_.get() + row * static_cast<std::size_t>(depth_.width);
+void ImageRegistration::fill_rays() {
+    const Camera& c = depth_;
+    const auto at = [&](double u, double v) {
+        const Vec3d r = unproject(c, {u, v});
+        return Pixel{c.fx * r.x + c.cx, c.fy * r.y + c.cy};
+    };
+    const std::size_t pixels = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
+    float *x = rays_.get(), *y = x + pixels, *span = y + pixels;
+    for (int v = 0; v < c.height; ++v)
+        for (int u = 0; u < c.width; ++u, ++x, ++y, ++span) {
+            const Pixel p = at(u, v), right = at(u + 0.5, v), left = at(u - 0.5, v), below = at(u, v + 0.5),
+                        above = at(u, v - 0.5);
+            *x = static_cast<float>(p.u);
+            *y = static_cast<float>(p.v);
+            // A model that runs away beyond its image must not make pixels of any size.
+            *span = static_cast<float>(
+                std::clamp(std::max(std::fabs(right.u - left.u), std::fabs(below.v - above.v)), 0.25, 4.0));
+        }
 }
 
-Status Registration::check(int depth_width, int depth_height, int width, int height,
-                           std::ptrdiff_t pitch) const {
+simd::RayRow ImageRegistration::rays(int y) const {
+    if (!rays_) return {};
+    const std::size_t width = static_cast<std::size_t>(depth_.width),
+                      pixels = width * static_cast<std::size_t>(depth_.height);
+    const float* row = rays_.get() + static_cast<std::size_t>(y) * width;
+    return {row, row + pixels, row + 2 * pixels};
+}
+
+Status ImageRegistration::check(int depth_width, int depth_height, int width, int height,
+                                std::ptrdiff_t pitch) const {
     if (!configured()) return Status::error(Code::state, "registration: not configured");
     if (depth_width != depth_.width || depth_height != depth_.height || width != colour_.width ||
         height != colour_.height || pitch < width || pitch > 32767)
@@ -147,28 +160,30 @@ Status Registration::check(int depth_width, int depth_height, int width, int hei
     return {};
 }
 
-Status Registration::depth_to_colour(View<const std::uint16_t> depth, View<std::uint16_t> out) {
+Status ImageRegistration::depth_to_colour(View<const std::uint16_t> depth, View<std::uint16_t> out) {
     BURIN_TRY(check(depth.width, depth.height, out.width, out.height, out.stride));
     by_.pitch = static_cast<int>(out.stride);
     for (int y = 0; y < out.height; ++y) std::fill_n(out.row(y), out.width, std::uint16_t{65535});
     for (int y = 0; y < depth.height; ++y) {
-        simd::footprints_row(depth.row(y), depth.width, y, ray(0, y), ray(1, y), by_, footprints_);
-        simd::splat_row(footprints_, depth.width, by_.pitch, out.data);
+        const simd::RayRow row = rays(y);
+        simd::footprints_row(depth.row(y), depth.width, y, rays_ ? &row : nullptr, by_, footprints_);
+        simd::splat_row(footprints_, depth.width, by_, out.data);
     }
     for (int y = 0; y < out.height; ++y) simd::add_one(out.row(y), out.width);
     return {};
 }
 
-Status Registration::colour_to_depth(View<const std::uint8_t> rgb, View<const std::uint16_t> depth,
-                                     View<const std::uint16_t> registered, View<std::uint8_t> out,
-                                     View<std::uint8_t> mask) {
+Status ImageRegistration::colour_to_depth(View<const std::uint8_t> rgb, View<const std::uint16_t> depth,
+                                          View<const std::uint16_t> registered, View<std::uint8_t> out,
+                                          View<std::uint8_t> mask) {
     BURIN_TRY(check(depth.width, depth.height, registered.width, registered.height, registered.stride));
     BURIN_TRY(check(out.width, out.height, rgb.width, rgb.height, registered.stride));
     BURIN_TRY(check(mask.width, mask.height, rgb.width, rgb.height, registered.stride));
     by_.pitch = static_cast<int>(registered.stride);
     const simd::ColourSource from = {rgb.data, rgb.stride, registered.data, by_.pitch, slack_};
     for (int y = 0; y < depth.height; ++y) {
-        simd::cells_row(depth.row(y), depth.width, y, ray(0, y), ray(1, y), by_, footprints_.cell, there_);
+        const simd::RayRow row = rays(y);
+        simd::cells_row(depth.row(y), depth.width, y, rays_ ? &row : nullptr, by_, footprints_.cell, there_);
         simd::colours_row(footprints_.cell, there_, depth.width, from, out.row(y), mask.row(y));
     }
     return {};

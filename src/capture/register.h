@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Depth registered to colour and colour to depth, by two pinhole cameras with Brown's distortion and the
-// transform between them. For the registration tables of Kinect and PrimeSense: capture/ps_registration.h.
+// transform between them. The registration tables of Kinect and PrimeSense: platform/usb/registration.h.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 
 namespace burin {
 
-// For one pair of cameras. configure() allocates (rows; with a distorted depth camera eight bytes a pixel),
+// For one pair of cameras. configure() allocates (rows; with a distorted depth camera twelve bytes a pixel),
 // the others do not. One thread at a time.
-class Registration {
+class ImageRegistration {
   public:
     // Error: a camera that check_camera refuses, a unit outside 1e-6..1 m, an extrinsic that is not finite or
     // over 10 m, no memory.
@@ -41,7 +41,8 @@ class Registration {
 
   private:
     Status check(int depth_width, int depth_height, int width, int height, std::ptrdiff_t pitch) const;
-    const float* ray(int axis, int y) const;
+    void fill_rays();
+    simd::RayRow rays(int y) const;
 
     Camera depth_, colour_;
     simd::Reprojection by_;

@@ -37,7 +37,7 @@ class RegisteredFrames {
     StreamInfo depth_, colour_;  // as the device has them
     Se3 T_colour_depth_;
     Camera used_depth_, used_colour_;
-    Registration registration_;
+    ImageRegistration registration_;
     std::unique_ptr<std::uint16_t[]> depth_out_;  // of the colour camera's size
     std::unique_ptr<std::uint8_t[]> rgb_, colour_out_, mask_;
 };

@@ -12,7 +12,11 @@ struct Landed {
 };
 
 // False: lands nowhere.
-inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, Landed* to) {
+inline bool land(const std::uint16_t* depths, int column, int row, const RayRow* rays, const Reprojection& by,
+                 Landed* to) {
+    const std::uint16_t depth = depths[column];
+    const float x = rays ? rays->x[column] : static_cast<float>(column);
+    const float y = rays ? rays->y[column] : static_cast<float>(row);
     const float* h = by.h;
     const float z = static_cast<float>(depth);
     const float U = (h[0] * x + (h[1] * y + h[2])) * z + by.t[0];
@@ -21,6 +25,7 @@ inline bool land(std::uint16_t depth, float x, float y, const Reprojection& by, 
     if (depth == 0 || depth == 65535 || !(Z >= by.nearest && Z < 65534.5f)) return false;
     const float i = 1.0f / Z;
     float u = U * i, v = V * i, e = z * i;
+    if (rays) e = e * rays->span[column];
     if (by.distorted) {
         const float xx = u * u, yy = v * v, two_xy = 2.0f * (u * v), r2 = xx + yy;
         if (!(r2 <= by.most_r2)) return false;
@@ -53,40 +58,54 @@ inline Span span_of(float centre, float half, int size) {
 
 namespace scalar {
 
-void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-                    const Reprojection& by, const Footprints& out) {
+void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+                    const Footprints& out) {
     const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
     for (int i = 0; i < padded; ++i) {
-        out.cell[i] = 0;
-        out.what[i] = kNowhere;
+        std::int32_t cell = 0;
+        std::uint32_t what = kNowhere;
         Landed at;
-        if (i >= width || !land(depth[i], ray_x ? ray_x[i] : static_cast<float>(i),
-                                ray_y ? ray_y[i] : static_cast<float>(y), by, &at))
-            continue;
-        const Span columns = span_of(at.u, std::min(by.half_u * at.extent, kMostHalf), by.width);
-        const Span rows = span_of(at.v, std::min(by.half_v * at.extent, kMostHalf), by.height);
-        if (columns.count <= 0 || rows.count <= 0) continue;
-        out.cell[i] = rows.first * by.pitch + columns.first;
-        out.what[i] = static_cast<std::uint32_t>(at.z - 0.5f) << 16 |
-                      static_cast<std::uint32_t>(rows.count << 8 | columns.count);
+        if (i < width && land(depth, i, y, rays, by, &at)) {
+            const Span columns = span_of(at.u, std::min(by.half_u * at.extent, kMostHalf), by.width);
+            const Span rows = span_of(at.v, std::min(by.half_v * at.extent, kMostHalf), by.height);
+            if (columns.count > 0 && rows.count > 0) {
+                cell = rows.first * by.pitch + columns.first;
+                what = static_cast<std::uint32_t>(at.z - 0.5f) << 16 |
+                       static_cast<std::uint32_t>(rows.count << 8 | columns.count);
+            }
+        }
+        out.cell[i] = cell;
+        out.what[i] = what;
     }
 }
 
-void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-               const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
+void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+               std::int32_t* cell, std::uint16_t* depth_there) {
     const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
     for (int i = 0; i < padded; ++i) {
-        cell[i] = -1;
-        depth_there[i] = 0;
+        // Each stored once: with a first store of "nowhere" GCC 12.2 at -O3 loses the second one.
+        std::int32_t found = 0;
+        std::uint16_t there = 0;
         Landed at;
-        if (i >= width || !land(depth[i], ray_x ? ray_x[i] : static_cast<float>(i),
-                                ray_y ? ray_y[i] : static_cast<float>(y), by, &at))
-            continue;
-        const float u = at.u + 0.5f, v = at.v + 0.5f;
-        if (!(u >= 0 && v >= 0 && u < static_cast<float>(by.width) && v < static_cast<float>(by.height)))
-            continue;
-        cell[i] = static_cast<int>(v) * by.pitch + static_cast<int>(u);
-        depth_there[i] = static_cast<std::uint16_t>(static_cast<int>(at.z - 0.5f) + 1);
+        if (i < width && land(depth, i, y, rays, by, &at)) {
+            const float u = at.u + 0.5f, v = at.v + 0.5f;
+            if (u >= 0 && v >= 0 && u < static_cast<float>(by.width) && v < static_cast<float>(by.height)) {
+                found = static_cast<int>(v) * by.pitch + static_cast<int>(u);
+                there = static_cast<std::uint16_t>(static_cast<int>(at.z - 0.5f) + 1);
+            }
+        }
+        cell[i] = found;
+        depth_there[i] = there;
+    }
+}
+
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    for (int i = 0; i < width; ++i) {
+        const int columns = row.what[i] & 255, rows = row.what[i] >> 8 & 255;
+        const auto less_one = static_cast<std::uint16_t>(row.what[i] >> 16);
+        std::uint16_t* at = target + row.cell[i];
+        for (int v = 0; v < rows; ++v, at += by.pitch)
+            for (int u = 0; u < columns; ++u) at[u] = std::min(at[u], less_one);
     }
 }
 
@@ -96,56 +115,39 @@ void add_one(std::uint16_t* values, int count) {
 
 }  // namespace scalar
 
-void splat_row(const Footprints& row, int width, int pitch, std::uint16_t* target) {
-    constexpr int kGroup = 4;
-    const std::int32_t* cell = row.cell;
-    const std::uint32_t* what = row.what;
-    const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
-    for (int i = 0; i < padded; i += kGroup) {
-        // Single cells all four: nearly always, where both views have one size.
-        const std::uint32_t more =
-            (what[i] ^ 0x101) | (what[i + 1] ^ 0x101) | (what[i + 2] ^ 0x101) | (what[i + 3] ^ 0x101);
-        if ((more & 0xffff) == 0) {
-            for (int k = i; k < i + kGroup; ++k) {
-                const std::uint16_t before = target[cell[k]];
-                target[cell[k]] = std::min(before, static_cast<std::uint16_t>(what[k] >> 16));
-            }
-            continue;
-        }
-        for (int k = i; k < i + kGroup; ++k) {
-            const int columns = what[k] & 255, rows = what[k] >> 8 & 255;
-            const auto less_one = static_cast<std::uint16_t>(what[k] >> 16);
-            std::uint16_t* at = target + cell[k];
-            for (int v = 0; v < rows; ++v, at += pitch)
-                for (int u = 0; u < columns; ++u) at[u] = std::min(at[u], less_one);
-        }
-    }
-}
-
 void colours_row(const std::int32_t* cell, const std::uint16_t* depth_there, int width,
-                 const ColourSource& from, std::uint8_t* rgb, std::uint8_t* mask) {
+                 const ColourSource& source, std::uint8_t* rgb, std::uint8_t* mask) {
+    const ColourSource from = source;  // which the bytes stored below cannot change
+    // A multiplication in double in place of a division: below 2^28 cells the half keeps it on the right side
+    // of every row's end.
+    const double rows_per_cell = 1.0 / from.pitch;
+    const std::ptrdiff_t skip = from.rgb_stride - std::ptrdiff_t{3} * from.pitch;
     for (int i = 0; i < width; ++i, rgb += 3) {
-        const int c = cell[i] < 0 ? 0 : cell[i];
+        const int c = cell[i];
         const int front = from.registered[c], there = depth_there[i];
-        const bool seen = cell[i] >= 0 && (front == 0 || there <= front + from.slack + there / 64);
-        const std::uint8_t keep = seen ? 255 : 0;
-        const int y = c / from.pitch;
-        const std::uint8_t* at = from.rgb + y * from.rgb_stride + 3 * (c - y * from.pitch);
-        rgb[0] = at[0] & keep;
-        rgb[1] = at[1] & keep;
-        rgb[2] = at[2] & keep;
+        // One condition, no jumps: what is hidden lies in no order.
+        const bool before = (front != 0) & (there > front + from.slack + there / 64);
+        const auto keep = static_cast<std::uint8_t>(-static_cast<int>((there != 0) & !before));
+        std::ptrdiff_t at = std::ptrdiff_t{3} * c;
+        if (skip != 0) at += static_cast<int>((c + 0.5) * rows_per_cell) * skip;
+        rgb[0] = from.rgb[at] & keep;
+        rgb[1] = from.rgb[at + 1] & keep;
+        rgb[2] = from.rgb[at + 2] & keep;
         mask[i] = keep;
     }
 }
 
 #if defined(BURIN_SCALAR_ONLY)
-void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-                    const Reprojection& by, const Footprints& out) {
-    scalar::footprints_row(depth, width, y, ray_x, ray_y, by, out);
+void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+                    const Footprints& out) {
+    scalar::footprints_row(depth, width, y, rays, by, out);
 }
-void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-               const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
-    scalar::cells_row(depth, width, y, ray_x, ray_y, by, cell, depth_there);
+void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+               std::int32_t* cell, std::uint16_t* depth_there) {
+    scalar::cells_row(depth, width, y, rays, by, cell, depth_there);
+}
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    scalar::splat_row(row, width, by, target);
 }
 void add_one(std::uint16_t* values, int count) { scalar::add_one(values, count); }
 #endif

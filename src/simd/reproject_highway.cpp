@@ -19,13 +19,16 @@ namespace burin::simd::HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 
-void FootprintsRow(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-                   const Reprojection& by, const Footprints& out) {
-    scalar::footprints_row(depth, width, y, ray_x, ray_y, by, out);
+void FootprintsRow(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+                   const Footprints& out) {
+    scalar::footprints_row(depth, width, y, rays, by, out);
 }
-void CellsRow(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-              const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
-    scalar::cells_row(depth, width, y, ray_x, ray_y, by, cell, depth_there);
+void CellsRow(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+              std::int32_t* cell, std::uint16_t* depth_there) {
+    scalar::cells_row(depth, width, y, rays, by, cell, depth_there);
+}
+void SplatRow(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    scalar::splat_row(row, width, by, target);
 }
 void AddOne(std::uint16_t* values, int count) { scalar::add_one(values, count); }
 
@@ -38,7 +41,7 @@ using MF = hn::Mask<DF>;
 
 // land() of reproject.cpp.
 template <bool kDistorted>
-HWY_INLINE void Land(VI depth, VF x, VF y, const Reprojection& by, VF* u_out, VF* v_out, VF* extent,
+HWY_INLINE void Land(VI depth, VF x, VF y, VF span, const Reprojection& by, VF* u_out, VF* v_out, VF* extent,
                      VF* Z_out, MF* valid_out) {
     const DF df;
     const DI di;
@@ -55,7 +58,7 @@ HWY_INLINE void Land(VI depth, VF x, VF y, const Reprojection& by, VF* u_out, VF
     auto valid = hn::AndNot(hn::RebindMask(df, none),
                             hn::And(hn::Ge(Z, hn::Set(df, by.nearest)), hn::Lt(Z, hn::Set(df, 65534.5f))));
     const auto i = hn::Div(hn::Set(df, 1.0f), Z);
-    auto u = hn::Mul(U, i), v = hn::Mul(V, i), e = hn::Mul(z, i);
+    auto u = hn::Mul(U, i), v = hn::Mul(V, i), e = hn::Mul(hn::Mul(z, i), span);
     if constexpr (kDistorted) {
         const auto one = hn::Set(df, 1.0f), two = hn::Set(df, 2.0f);
         const auto xx = hn::Mul(u, u), yy = hn::Mul(v, v), two_xy = hn::Mul(two, hn::Mul(u, v)),
@@ -109,7 +112,7 @@ HWY_INLINE VI CellOf(hn::Vec<D16x> pairs, VI pitch_and_one, int pitch, VI consta
 // Rays of a vector of pixels, and depth: whole vectors of the row, or copies of its end.
 struct RowView {
     const std::uint16_t* depth;
-    const float *x, *y;
+    RayRow rays;
 };
 
 template <bool kRays, bool kDistorted>
@@ -120,10 +123,11 @@ HWY_INLINE void LandAt(const RowView& row, int i, VF column, VF line, const Repr
     const DU16 du16;
     const auto depth = hn::PromoteTo(di, hn::LoadU(du16, row.depth + i));
     if constexpr (kRays)
-        Land<kDistorted>(depth, hn::LoadU(df, row.x + i), hn::LoadU(df, row.y + i), by, u, v, extent, Z,
-                         valid);
+        Land<kDistorted>(depth, hn::LoadU(df, row.rays.x + i), hn::LoadU(df, row.rays.y + i),
+                         hn::LoadU(df, row.rays.span + i), by, u, v, extent, Z, valid);
     else
-        Land<kDistorted>(depth, column, line, by, u, v, extent, Z, valid);
+        Land<kDistorted>(depth, column, line, hn::Set(df, 1.0f), by, u, v, extent, Z,
+                         valid);  // times 1 is exact
 }
 
 template <bool kRays, bool kDistorted>
@@ -201,7 +205,7 @@ void CellsOf(const RowView& row, int first, int count, int y, const Reprojection
             hn::Add(hn::Mul(TruncateInRange(hn::IfThenElseZero(valid, v)), hn::Set(di, by.pitch)),
                     TruncateInRange(hn::IfThenElseZero(valid, u)));
         const auto lands = hn::RebindMask(di, valid);
-        hn::StoreU(hn::IfThenElse(lands, cell, hn::Set(di, -1)), di, cell_out + i);
+        hn::StoreU(hn::IfThenElseZero(lands, cell), di, cell_out + i);
         hn::StoreU(hn::DemoteTo(du16, hn::IfThenElseZero(
                                           lands, hn::Add(TruncateInRange(hn::Sub(Z, half)), hn::Set(di, 1)))),
                    du16, depth_there + i);
@@ -210,24 +214,26 @@ void CellsOf(const RowView& row, int first, int count, int y, const Reprojection
 
 // body(row, first pixel, pixels) for the whole batches of a row and, out of a copy, the last one.
 template <class Body>
-HWY_INLINE void EachBatch(const std::uint16_t* depth, int width, const float* ray_x, const float* ray_y,
-                          Body&& body) {
+HWY_INLINE void EachBatch(const std::uint16_t* depth, int width, const RayRow* rays, Body&& body) {
     const int whole = width / kFootprintBatch * kFootprintBatch;
-    if (whole > 0) body(RowView{depth, ray_x, ray_y}, 0, whole);
+    if (whole > 0) body(RowView{depth, rays ? *rays : RayRow{}}, 0, whole);
     if (whole == width) return;
     std::uint16_t rest[kFootprintBatch] = {};
-    float x[kFootprintBatch] = {}, y[kFootprintBatch] = {};
+    float x[kFootprintBatch] = {}, y[kFootprintBatch] = {}, span[kFootprintBatch] = {};
     std::copy_n(depth + whole, width - whole, rest);
-    if (ray_x) std::copy_n(ray_x + whole, width - whole, x);
-    if (ray_y) std::copy_n(ray_y + whole, width - whole, y);
-    body(RowView{rest, x, y}, whole, kFootprintBatch);
+    if (rays) {
+        std::copy_n(rays->x + whole, width - whole, x);
+        std::copy_n(rays->y + whole, width - whole, y);
+        std::copy_n(rays->span + whole, width - whole, span);
+    }
+    body(RowView{rest, {x, y, span}}, whole, kFootprintBatch);
 }
 
-void FootprintsRow(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-                   const Reprojection& by, const Footprints& out) {
-    EachBatch(depth, width, ray_x, ray_y, [&](const RowView& row, int first, int count) {
+void FootprintsRow(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+                   const Footprints& out) {
+    EachBatch(depth, width, rays, [&](const RowView& row, int first, int count) {
         const Footprints to = {out.cell + first, out.what + first};
-        if (ray_x)
+        if (rays)
             by.distorted ? FootprintsOf<true, true>(row, first, count, y, by, to)
                          : FootprintsOf<true, false>(row, first, count, y, by, to);
         else
@@ -236,16 +242,57 @@ void FootprintsRow(const std::uint16_t* depth, int width, int y, const float* ra
     });
 }
 
-void CellsRow(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-              const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
-    EachBatch(depth, width, ray_x, ray_y, [&](const RowView& row, int first, int count) {
-        if (ray_x)
+void CellsRow(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+              std::int32_t* cell, std::uint16_t* depth_there) {
+    EachBatch(depth, width, rays, [&](const RowView& row, int first, int count) {
+        if (rays)
             by.distorted ? CellsOf<true, true>(row, first, count, y, by, cell + first, depth_there + first)
                          : CellsOf<true, false>(row, first, count, y, by, cell + first, depth_there + first);
         else
             by.distorted ? CellsOf<false, true>(row, first, count, y, by, cell + first, depth_there + first)
                          : CellsOf<false, false>(row, first, count, y, by, cell + first, depth_there + first);
     });
+}
+
+// 65535 from the columns' number on: the minimum with it leaves what is there.
+constexpr int kEight = 8;
+alignas(16) constexpr std::uint16_t kBeyond[2 * kEight] = {
+    0, 0, 0, 0, 0, 0, 0, 0, 65535, 65535, 65535, 65535, 65535, 65535, 65535, 65535};
+
+void SplatRow(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    constexpr int kGroup = 4;
+    const hn::CappedTag<std::uint16_t, kEight> eight;
+    const std::int32_t* cell = row.cell;
+    const std::uint32_t* what = row.what;
+    const std::ptrdiff_t pitch = by.pitch;
+    const std::ptrdiff_t last = (by.height - 1) * pitch + by.width - kEight;  // where eight still fit
+    const bool packed = by.pitch == by.width;
+    const int padded = (width + kFootprintBatch - 1) / kFootprintBatch * kFootprintBatch;
+    for (int i = 0; i < padded; i += kGroup) {
+        // Single cells all four: nearly always, where both views have one size. No byte of a size is 0.
+        const std::uint32_t all = what[i] | what[i + 1] | what[i + 2] | what[i + 3];
+        if ((all & 0xffff) == 0x101) {
+            for (int k = i; k < i + kGroup; ++k) {
+                const std::uint16_t before = target[cell[k]];
+                target[cell[k]] = std::min(before, static_cast<std::uint16_t>(what[k] >> 16));
+            }
+            continue;
+        }
+        for (int k = i; k < i + kGroup; ++k) {
+            const int columns = static_cast<int>(what[k] & 255), rows = static_cast<int>(what[k] >> 8 & 255);
+            if (packed && columns <= kEight && cell[k] + (rows - 1) * pitch <= last) {
+                // Eight at a time, whatever the number: no jumps that cannot be foretold.
+                const auto value = hn::Or(hn::Set(eight, static_cast<std::uint16_t>(what[k] >> 16)),
+                                          hn::LoadU(eight, kBeyond + kEight - columns));
+                std::uint16_t* at = target + cell[k];
+                for (int v = 0; v < rows; ++v, at += pitch)
+                    hn::StoreU(hn::Min(hn::LoadU(eight, at), value), eight, at);
+                continue;
+            }
+            const Footprints one = {row.cell + k, row.what + k};
+            scalar::splat_row(one, 1, by, target);
+        }
+    }
 }
 
 void AddOne(std::uint16_t* values, int count) {
@@ -267,18 +314,24 @@ namespace burin::simd {
 
 HWY_EXPORT(FootprintsRow);
 HWY_EXPORT(CellsRow);
+HWY_EXPORT(SplatRow);
 HWY_EXPORT(AddOne);
 
-void footprints_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-                    const Reprojection& by, const Footprints& out) {
-    if (scalar_selected()) return scalar::footprints_row(depth, width, y, ray_x, ray_y, by, out);
-    BURIN_DISPATCH(FootprintsRow)(depth, width, y, ray_x, ray_y, by, out);
+void footprints_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+                    const Footprints& out) {
+    if (scalar_selected()) return scalar::footprints_row(depth, width, y, rays, by, out);
+    BURIN_DISPATCH(FootprintsRow)(depth, width, y, rays, by, out);
 }
 
-void cells_row(const std::uint16_t* depth, int width, int y, const float* ray_x, const float* ray_y,
-               const Reprojection& by, std::int32_t* cell, std::uint16_t* depth_there) {
-    if (scalar_selected()) return scalar::cells_row(depth, width, y, ray_x, ray_y, by, cell, depth_there);
-    BURIN_DISPATCH(CellsRow)(depth, width, y, ray_x, ray_y, by, cell, depth_there);
+void cells_row(const std::uint16_t* depth, int width, int y, const RayRow* rays, const Reprojection& by,
+               std::int32_t* cell, std::uint16_t* depth_there) {
+    if (scalar_selected()) return scalar::cells_row(depth, width, y, rays, by, cell, depth_there);
+    BURIN_DISPATCH(CellsRow)(depth, width, y, rays, by, cell, depth_there);
+}
+
+void splat_row(const Footprints& row, int width, const Reprojection& by, std::uint16_t* target) {
+    if (scalar_selected()) return scalar::splat_row(row, width, by, target);
+    BURIN_DISPATCH(SplatRow)(row, width, by, target);
 }
 
 void add_one(std::uint16_t* values, int count) {

@@ -2,7 +2,6 @@
 // The kernels of unpack.h. Eight pixels of any packing lie in at most 16 bytes: one look-up of bytes puts the
 // high bits of each into the high byte of its lane, a second one what is missing below.
 #include <algorithm>
-#include <cstring>
 
 #include "simd/unpack.h"
 
@@ -94,8 +93,8 @@ constexpr Recipe recipe_of(Packing p) {
 
 // Eight pixels a block from `in`, the blocks `step` bytes apart.
 HWY_INLINE hn::Vec<DB> LoadBlocks(const std::uint8_t* in, int step) {
-    const DBlock block;
 #if HWY_TARGET <= HWY_AVX2 && HWY_ARCH_X86
+    const DBlock block;
     return hn::Vec<DB>{_mm256_inserti128_si256(_mm256_castsi128_si256(hn::LoadU(block, in).raw),
                                                hn::LoadU(block, in + step).raw, 1)};
 #else
@@ -174,7 +173,7 @@ int UnpackTableAs(const std::uint8_t* in, std::size_t bytes, int count, const st
     if (entries >= 1 << packing_bits(kPacking)) {
         done = EachVector<kPacking>(in, bytes, count, [&](auto v, int i) {
             hn::Store(v, d, readings);
-            for (int k = 0; k < lanes; k += 4) LookUp4(table, readings + k, out + i + k);
+            for (int k = 0; k < lanes; ++k) out[i + k] = table[readings[k]];
         });
     } else {
         // As equality with the smaller one: not every target compares unsigned lanes by order.
@@ -183,7 +182,7 @@ int UnpackTableAs(const std::uint8_t* in, std::size_t bytes, int count, const st
         done = EachVector<kPacking>(in, bytes, count, [&](auto v, int i) {
             const auto there = hn::Eq(hn::Min(v, last), v);
             hn::Store(hn::IfThenElseZero(there, v), d, readings);
-            for (int k = 0; k < lanes; k += 4) LookUp4(table, readings + k, values + k);
+            for (int k = 0; k < lanes; ++k) values[k] = table[readings[k]];
             hn::StoreU(hn::IfThenElseZero(there, hn::Load(d, values)), d, out + i);
         });
     }

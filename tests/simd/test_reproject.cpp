@@ -50,12 +50,13 @@ Reprojection random_reprojection(Rng& rng, bool adversarial) {
 
 struct Row {
     std::vector<std::uint16_t> depth;
-    std::vector<float> x, y;
+    std::vector<float> x, y, span;
     int line;
     Row(Rng& rng, int width)
         : depth(tight<std::uint16_t>(static_cast<std::size_t>(width), 0)),
           x(tight<float>(static_cast<std::size_t>(width), 0)),
           y(tight<float>(static_cast<std::size_t>(width), 0)),
+          span(tight<float>(static_cast<std::size_t>(width), 0)),
           line(rng.below(50)) {
         for (std::size_t i = 0; i < depth.size(); ++i) {
             const int kind = rng.below(12);
@@ -65,6 +66,7 @@ struct Row {
                                                               : 500 + rng.below(4000));
             x[i] = static_cast<float>(i) + static_cast<float>(rng.uniform(-2, 2));
             y[i] = static_cast<float>(line) + static_cast<float>(rng.uniform(-2, 2));
+            span[i] = static_cast<float>(rng.uniform(0.25, 4));
             if (rng.below(200) == 0) x[i] = awkward(rng);
         }
     }
@@ -94,11 +96,11 @@ TEST_P(Reproject, FindsTheSpecificationsFootprints) {
         const int width = round < 200 ? round / 2 : 1 + rng.below(150);
         const Reprojection by = random_reprojection(rng, round % 5 == 4);
         const Row row(rng, width);
-        const bool rays = rng.below(2) == 0;
-        const float *x = rays ? row.x.data() : nullptr, *y = rays ? row.y.data() : nullptr;
+        const RayRow table = {row.x.data(), row.y.data(), row.span.data()};
+        const RayRow* rays = rng.below(2) ? &table : nullptr;
         Landed got(width), expected(width);
-        footprints_row(row.depth.data(), width, row.line, x, y, by, got.view());
-        scalar::footprints_row(row.depth.data(), width, row.line, x, y, by, expected.view());
+        footprints_row(row.depth.data(), width, row.line, rays, by, got.view());
+        scalar::footprints_row(row.depth.data(), width, row.line, rays, by, expected.view());
         ASSERT_TRUE(same_bytes(got.cell, expected.cell)) << "round " << round;
         ASSERT_TRUE(same_bytes(got.what, expected.what)) << "round " << round;
         for (std::size_t i = 0; i < got.cell.size(); ++i) {
@@ -109,8 +111,8 @@ TEST_P(Reproject, FindsTheSpecificationsFootprints) {
             ASSERT_LE(got.cell[i] / by.pitch + rows, by.height);
             (got.less_one(i) == 65535 ? nowhere : landed) += 1;
         }
-        cells_row(row.depth.data(), width, row.line, x, y, by, got.cell.data(), got.depth.data());
-        scalar::cells_row(row.depth.data(), width, row.line, x, y, by, expected.cell.data(),
+        cells_row(row.depth.data(), width, row.line, rays, by, got.cell.data(), got.depth.data());
+        scalar::cells_row(row.depth.data(), width, row.line, rays, by, expected.cell.data(),
                           expected.depth.data());
         ASSERT_TRUE(same_bytes(got.cell, expected.cell)) << "round " << round;
         ASSERT_TRUE(same_bytes(got.depth, expected.depth)) << "round " << round;
@@ -132,6 +134,45 @@ TEST_P(Reproject, AddsOne) {
     }
 }
 
+TEST_P(Reproject, SplatsTheNearest) {
+    Rng rng(213);
+    for (int round = 0; round < 300; ++round) {
+        const int width = 1 + rng.below(60), pitch = 20 + rng.below(2) * rng.below(9);
+        constexpr int kHeight = 30;
+        Landed row(width);
+        const Reprojection by = [&] {
+            Reprojection r;
+            r.width = 20, r.height = kHeight, r.pitch = pitch;
+            return r;
+        }();
+        std::vector<std::uint16_t> expected(static_cast<std::size_t>(pitch * kHeight), 65535);
+        for (std::size_t i = 0; i < row.cell.size(); ++i) {
+            const bool none = i >= static_cast<std::size_t>(width) || rng.below(5) == 0;
+            const int columns = round % 2 || none ? 1 : 1 + rng.below(3),
+                      rows = round % 2 || none ? 1 : 1 + rng.below(3);
+            const int x = none ? 0 : rng.below(by.width - columns + 1),
+                      y = none ? 0 : rng.below(kHeight - rows + 1);
+            row.cell[i] = y * pitch + x;
+            const int less_one = none ? 65535 : rng.below(65535);
+            row.what[i] =
+                static_cast<std::uint32_t>(less_one) << 16 | static_cast<std::uint32_t>(columns | rows << 8);
+            for (int v = y; v < y + rows; ++v)
+                for (int u = x; u < x + columns; ++u) {
+                    std::uint16_t& at = expected[static_cast<std::size_t>(v * pitch + u)];
+                    at = std::min(at, static_cast<std::uint16_t>(less_one));
+                }
+        }
+        expected.resize(
+            static_cast<std::size_t>((kHeight - 1) * pitch + by.width));  // no cell behind the last
+        std::vector<std::uint16_t> got = tight<std::uint16_t>(expected.size(), 65535);
+        splat_row(row.view(), width, by, got.data());
+        ASSERT_TRUE(same_bytes(got, expected));
+        got.assign(got.size(), 65535);
+        scalar::splat_row(row.view(), width, by, got.data());
+        ASSERT_TRUE(same_bytes(got, expected));
+    }
+}
+
 BURIN_EVERY_TARGET(Reproject);
 
 // Against the definition: a cell is covered when its centre lies in the footprint.
@@ -145,7 +186,7 @@ TEST(ReprojectSpecification, CoversTheCellsWhoseCentresLieInside) {
         by.half_u = by.half_v = 0.53f * by.h[0];
         const Row row(rng, 40);
         Landed got(40);
-        scalar::footprints_row(row.depth.data(), 40, row.line, nullptr, nullptr, by, got.view());
+        scalar::footprints_row(row.depth.data(), 40, row.line, nullptr, by, got.view());
         for (int i = 0; i < 40; ++i) {
             const auto k = static_cast<std::size_t>(i);
             const double z = row.depth[k];
@@ -183,45 +224,11 @@ TEST(ReprojectSpecification, CoversTheCellsWhoseCentresLieInside) {
     EXPECT_GT(covered, 1000);
 }
 
-TEST(ReprojectSpecification, SplatsTheNearest) {
-    Rng rng(213);
-    for (int round = 0; round < 300; ++round) {
-        const int width = 1 + rng.below(60), pitch = 20 + rng.below(9);
-        constexpr int kHeight = 30;
-        Landed row(width);
-        const Reprojection by = [&] {
-            Reprojection r;
-            r.width = 20, r.height = kHeight, r.pitch = pitch;
-            return r;
-        }();
-        std::vector<std::uint16_t> expected(static_cast<std::size_t>(pitch * kHeight), 65535);
-        for (std::size_t i = 0; i < row.cell.size(); ++i) {
-            const bool none = i >= static_cast<std::size_t>(width) || rng.below(5) == 0;
-            const int columns = round % 2 || none ? 1 : 1 + rng.below(3),
-                      rows = round % 2 || none ? 1 : 1 + rng.below(3);
-            const int x = none ? 0 : rng.below(by.width - columns + 1),
-                      y = none ? 0 : rng.below(kHeight - rows + 1);
-            row.cell[i] = y * pitch + x;
-            const int less_one = none ? 65535 : rng.below(65535);
-            row.what[i] =
-                static_cast<std::uint32_t>(less_one) << 16 | static_cast<std::uint32_t>(columns | rows << 8);
-            for (int v = y; v < y + rows; ++v)
-                for (int u = x; u < x + columns; ++u) {
-                    std::uint16_t& at = expected[static_cast<std::size_t>(v * pitch + u)];
-                    at = std::min(at, static_cast<std::uint16_t>(less_one));
-                }
-        }
-        std::vector<std::uint16_t> got(expected.size(), 65535);
-        splat_row(row.view(), width, pitch, got.data());
-        ASSERT_TRUE(same_bytes(got, expected));
-    }
-}
-
 TEST(ReprojectSpecification, HidesWhatASurfaceStandsBefore) {
     const std::uint8_t rgb[] = {1, 2, 3,  4,  5,  6,  7,
                                 8, 9, 10, 11, 12, 99, 99};            // two rows of two, and two bytes
     const std::uint16_t registered[] = {1000, 0, 77, 2000, 500, 77};  // pitch 3
-    const std::int32_t cell[] = {0, 0, 1, 3, 4, -1};
+    const std::int32_t cell[] = {0, 0, 1, 3, 4, 0};
     const std::uint16_t there[] = {1015, 1035, 900, 2000, 600, 0};
     std::uint8_t out[18], mask[6];
     colours_row(cell, there, 6, {rgb, 6, registered, 3, 10}, out, mask);
