@@ -31,6 +31,7 @@ constexpr char kUsage[] =
     "    --plain       no pattern in it: sizes and sequence only\n"
     "    --damaged N   at most N frames may be flagged, short or out of sequence\n"
     "    --flagged-at-least N   --gaps-at-least N   so many must be\n"
+    "    --timeout S   for one frame; default 10\n"
     "    --until-gone  runs until the device goes, and expects ENODEV\n"
     "    --save FILE   keeps the last frame\n"
     "rig_v4l NODE meta FOURCC FRAMES DEPTH_NODE     metadata buffers beside Z16 640x480: frame counter and "
@@ -98,11 +99,12 @@ struct Streaming {
         if (control(fd, VIDIOC_STREAMON, &type) != 0) return fail("STREAMON"), false;
         return true;
     }
-    // 1 a buffer, 0 nothing within 10 s, -1 an error in errno
+    int timeout_s = 10;
+    // 1 a buffer, 0 nothing within the timeout, -1 an error in errno
     int next(v4l2_buffer* b) {
         for (;;) {
             pollfd p = {fd, POLLIN, 0};
-            if (poll(&p, 1, 10000) == 0) return 0;
+            if (poll(&p, 1, 1000 * timeout_s) == 0) return 0;
             *b = {};
             b->type = static_cast<unsigned>(type);
             b->memory = V4L2_MEMORY_MMAP;
@@ -134,7 +136,7 @@ int list(int fd, int type) {
 
 struct GrabOptions {
     std::string code, save;
-    int width = 0, height = 0, frames = 0, damaged = 0, least_flagged = 0, least_gaps = 0;
+    int width = 0, height = 0, frames = 0, damaged = 0, least_flagged = 0, least_gaps = 0, timeout_s = 10;
     bool plain = false, until_gone = false, big_endian = false;
 };
 
@@ -165,6 +167,7 @@ int grab(int fd, int type, const GrabOptions& o) {
     const bool known = pixels_of(o.code, o.width, o.height, &pixels);
     if (!known && !jpeg && !o.plain) return std::printf("no pattern for %s\n", o.code.c_str()), 1;
     Streaming stream{fd, type, {}};
+    stream.timeout_s = o.timeout_s;
     if (!stream.begin(4)) return 1;
     int got = 0, whole = 0, gaps = 0, flagged = 0, shorts = 0;
     long wrong = 0;
@@ -174,12 +177,13 @@ int grab(int fd, int type, const GrabOptions& o) {
     while (whole < o.frames && got < 20 * o.frames + 100) {
         v4l2_buffer b;
         const int r = stream.next(&b);
-        if (r == 0) return std::printf("no frame for 10 s after %d\n", got), 1;
+        if (r == 0) return std::printf("no frame for %d s after %d\n", o.timeout_s, got), 1;
         if (r < 0 && o.until_gone && errno == ENODEV)
             return std::printf("ENODEV after %d frames, %d gaps, %d flagged\n", got, gaps, flagged), 0;
         if (r < 0) return fail("DQBUF");
         const Mapped& m = stream.buffers[b.index];
-        if (got > 0) gaps += static_cast<int>(b.sequence - last - 1);
+        if (got > 0)
+            gaps += std::max(0, static_cast<int>(b.sequence - last - 1));  // vivid counts one twice at times
         last = b.sequence;
         ++got;
         const std::size_t want = jpeg ? 4 : o.plain ? format.fmt.pix.sizeimage : rig::format_bytes(pixels);
@@ -338,6 +342,8 @@ int main(int argc, char** argv) {
             o.least_flagged = std::atoi(argv[++i]);
         else if (a == "--gaps-at-least" && i + 1 < argc)
             o.least_gaps = std::atoi(argv[++i]);
+        else if (a == "--timeout" && i + 1 < argc)
+            o.timeout_s = std::atoi(argv[++i]);
         else if (a == "--damaged" && i + 1 < argc)
             o.damaged = std::atoi(argv[++i]);
         else if (a == "--save" && i + 1 < argc)

@@ -50,14 +50,17 @@ wait_for() {
     done
 }
 
+uptime_cs() { cut -d' ' -f1 /proc/uptime | tr -d .; }
+seconds_since() { t=$(($(uptime_cs) - $1)); echo "$((t / 100)).$((t % 100 / 10)) s"; }
+
 # check NAME COMMAND...: RIG_LIMIT seconds at most (60).
 check() {
-    name=$1
+    name=$1 began=$(uptime_cs)
     shift
     if timeout -s KILL "${RIG_LIMIT:-60}" "$@" >/tmp/out 2>&1; then
-        echo "RIG $name ok $(tail -n 1 /tmp/out)"
+        echo "RIG $name ok $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
     else
-        echo "RIG $name FAIL ($?) $(tail -n 1 /tmp/out)"
+        echo "RIG $name FAIL ($?) $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
         sed 's/^/rig:   /' /tmp/out | tail -n 12
         tail -n 4 /tmp/emulator.log 2>/dev/null | sed 's/^/rig:   /'
         dmesg | tail -n 4 | sed 's/^/rig:   /'
@@ -66,14 +69,14 @@ check() {
 
 # check_not NAME COMMAND...: the command has to fail by itself, with a message; not by a signal, and not for want of time.
 check_not() {
-    name=$1
+    name=$1 began=$(uptime_cs)
     shift
     timeout -s KILL "${RIG_LIMIT:-60}" "$@" >/tmp/out 2>&1
     code=$?
     if [ $code -ge 1 ] && [ $code -lt 124 ] && [ -s /tmp/out ]; then
-        echo "RIG $name ok $(tail -n 1 /tmp/out)"
+        echo "RIG $name ok $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
     else
-        echo "RIG $name FAIL ($code) $(tail -n 1 /tmp/out)"
+        echo "RIG $name FAIL ($code) $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
     fi
 }
 
