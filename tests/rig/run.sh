@@ -29,6 +29,18 @@ for architecture in "${architectures[@]}"; do
 done
 ./dev deps --rig >out/rig/deps.log 2>&1 || { tail -n 20 out/rig/deps.log >&2; fail "packages (above)"; }
 
+# The whole chain plays a rendered room: its frames are the guests' first disk. What a guest has to hand out, it writes to its second,
+# as a tar file.
+room() {
+    local burin=build/release/src/cli/burin frames=40 size=320x240
+    if [[ $(cat build/rig/room/.made 2>/dev/null) != "$frames $size" ]]; then
+        rm -rf build/rig/room
+        "$burin" synth room -o build/rig/room --frames "$frames" --size "$size" --no-truth-images --no-truth-mesh --quiet || return
+        build/release/tests/rig/rig_room frames build/rig/room build/rig/room.frames || return
+        echo "$frames $size" >build/rig/room/.made
+    fi
+}
+
 # guest ARCHITECTURE: builds, packs and boots; the console goes to out/rig/ARCHITECTURE.log.
 guest() {
     local architecture=$1 preset sysroot triple files=() program
@@ -39,16 +51,22 @@ guest() {
     for program in build/"$preset"/tests/rig/rig_* build/"$preset"/src/cli/burin; do [[ -f $program && -x $program ]] && files+=("$program"); done
     for program in "${stages[@]}"; do files+=("$program:/stages/$(basename "$program")"); done
     files+=("$sysroot/usr/lib/$triple/OpenNI2/Drivers/libPS1080.so.0:/lib/OpenNI2/Drivers/libPS1080.so.0")
+    rm -f "build/rig/$architecture.disk"
+    truncate -s 64M "build/rig/$architecture.disk"
     "$here/initramfs.sh" "$architecture" "build/rig/$architecture" "$sysroot" "build/rig/$architecture.cpio.gz" "${files[@]}" &&
-        "$here/boot.sh" "$architecture" "build/rig/$architecture" "build/rig/$architecture.cpio.gz" "$seconds"
+        "$here/boot.sh" "$architecture" "build/rig/$architecture" "build/rig/$architecture.cpio.gz" "$seconds" \
+            -drive file=build/rig/room.frames,format=raw,if=virtio,readonly=on \
+            -drive "file=build/rig/$architecture.disk,format=raw,if=virtio"
 }
 
-for architecture in "${architectures[@]}"; do
-    preset=release
-    [[ $architecture == amd64 ]] || preset=aarch64
-    ./dev build --preset "$preset" burin_rig >"out/rig/build-$architecture.log" 2>&1 ||
-        { tail -n 40 "out/rig/build-$architecture.log" >&2; fail "the build for $architecture (above)"; }
+# Always for this machine too: it renders the room and measures what the guests made of it.
+for preset in release $([[ " ${architectures[*]} " != *" arm64 "* ]] || echo aarch64); do
+    targets=(burin_rig burin_cli)
+    [[ $preset != release ]] || targets+=(rig_room)
+    ./dev build --preset "$preset" "${targets[@]}" >"out/rig/build-$preset.log" 2>&1 ||
+        { tail -n 40 "out/rig/build-$preset.log" >&2; fail "the build for $preset (above)"; }
 done
+room || fail "no room rendered"
 wait
 printf 'rig: installed and built after %d s\n' "$SECONDS"
 for architecture in "${architectures[@]}"; do

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "../emulators/picture.h"
 #include "../pattern.h"
 
 namespace {
@@ -29,6 +30,8 @@ constexpr char kUsage[] =
     "rig_v4l NODE grab FOURCC[-BE] W H FRAMES [OPTION]   streams by mmap and compares each frame with the "
     "pattern\n"
     "    --plain       no pattern in it: sizes and sequence only\n"
+    "    --frames FILE rendered frames instead of the pattern (Z16): each is one of the file's, in their "
+    "order\n"
     "    --damaged N   at most N frames may be flagged, short or out of sequence\n"
     "    --flagged-at-least N   --gaps-at-least N   so many must be\n"
     "    --timeout S   for one frame; default 10\n"
@@ -74,6 +77,26 @@ struct Mapped {
     std::uint8_t* data = nullptr;
     std::size_t size = 0;
 };
+
+// Pixels that differ from the recorded frame nearest after *at that has fewest; *at becomes its number.
+long picture_mismatches(const rig::Picture& picture, const std::uint8_t* data, int width, int height,
+                        int* at) {
+    long least = static_cast<long>(width) * height + 1;
+    int best = *at;
+    for (int n = std::max(0, *at); n < picture.frames() && least > 0; ++n) {
+        long wrong = 0;
+        for (int i = 0; i < width * height && wrong < least; ++i) {
+            const std::uint8_t* p = data + 2 * static_cast<std::ptrdiff_t>(i);
+            wrong +=
+                (p[0] | p[1] << 8) != picture.depth_mm(static_cast<std::uint32_t>(n), i % width, i / width)
+                    ? 1
+                    : 0;
+        }
+        if (wrong < least) least = wrong, best = n;
+    }
+    *at = best;
+    return least;
+}
 
 struct Streaming {
     int fd;
@@ -137,6 +160,7 @@ int list(int fd, int type) {
 struct GrabOptions {
     std::string code, save;
     int width = 0, height = 0, frames = 0, damaged = 0, least_flagged = 0, least_gaps = 0, timeout_s = 10;
+    const rig::Picture* picture = nullptr;
     bool plain = false, until_gone = false, big_endian = false;
 };
 
@@ -172,6 +196,7 @@ int grab(int fd, int type, const GrabOptions& o) {
     int got = 0, whole = 0, gaps = 0, flagged = 0, shorts = 0;
     long wrong = 0;
     unsigned last = 0;
+    int recorded = 0;
     timespec t0{}, t1{};
     clock_gettime(CLOCK_MONOTONIC, &t0);
     while (whole < o.frames && got < 20 * o.frames + 100) {
@@ -196,6 +221,8 @@ int grab(int fd, int type, const GrabOptions& o) {
             std::uint32_t number = 0;
             if (jpeg)
                 wrong += m.data[0] != 0xff || m.data[1] != 0xd8;
+            else if (o.picture != nullptr)
+                wrong += picture_mismatches(*o.picture, m.data, o.width, o.height, &recorded);
             else if (!o.plain)
                 wrong += static_cast<long>(rig::pattern_mismatches(pixels, m.data, &number));
             if (!o.save.empty() && whole == o.frames) {
@@ -328,6 +355,7 @@ int main(int argc, char** argv) {
     }
     if (verb != "grab" || argc < 7) return std::fputs(kUsage, stderr), 2;
     GrabOptions o;
+    rig::Picture picture;
     const std::string code = argv[3];
     o.code = (code + "    ").substr(0, 4);
     o.big_endian = code.size() == 7 && code.substr(4) == "-BE";
@@ -342,6 +370,8 @@ int main(int argc, char** argv) {
             o.least_flagged = std::atoi(argv[++i]);
         else if (a == "--gaps-at-least" && i + 1 < argc)
             o.least_gaps = std::atoi(argv[++i]);
+        else if (a == "--frames" && i + 1 < argc && picture.open(argv[i + 1]))
+            o.picture = &picture, ++i;
         else if (a == "--timeout" && i + 1 < argc)
             o.timeout_s = std::atoi(argv[++i]);
         else if (a == "--damaged" && i + 1 < argc)

@@ -13,7 +13,7 @@ namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_kinect [--fps N] [--frames FILE] [--still N] [--calibration good|zero|nan|negative|huge] "
+    "rig_kinect [--fps N] [--frames FILE] [--still N] [--hold N] [--calibration good|zero|nan|negative|huge] "
     "[--no-motor] [-f "
     "COMMAND]... [-F FIFO]\n";
 
@@ -27,7 +27,9 @@ class KinectCamera : public PsControl {
           picture_(picture),
           constants_(PsConstants::named(calibration)),
           fps_(fps),
-          table_(ps_shift_table(PsConstants())) {
+          table_() {
+        if (picture.recorded()) constants_.set_focal_length(picture.fx() * 640 / picture.depth_width());
+        table_ = ps_shift_table(constants_);
         device = {18, 1, 0x00, 0x02, 0, 0, 0, 64, 0x5e, 0x04, 0xae, 0x02, 0x0b, 0x01, 2, 1, 3, 1};
         config = {9, 2, 32, 0, 1, 1, 0, 0xc0, 8, 9, 4, 0, 0, 2, 255, 255, 255, 0};
         for (const int endpoint : {0x81, 0x82}) {

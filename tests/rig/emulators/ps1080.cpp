@@ -13,7 +13,7 @@ namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_ps1080 [--id VENDOR:PRODUCT] [--fps N] [--frames FILE] [--still N] [--calibration "
+    "rig_ps1080 [--id VENDOR:PRODUCT] [--fps N] [--frames FILE] [--still N] [--hold N] [--calibration "
     "good|zero|nan|negative|huge] "
     "[-f COMMAND]... [-F FIFO]\n";
 
@@ -124,7 +124,9 @@ class Ps1080 : public PsControl {
           picture_(picture),
           constants_(PsConstants::named(calibration)),
           fps_(fps),
-          table_(ps_shift_table(PsConstants())) {
+          table_() {
+        if (picture.recorded()) constants_.set_focal_length(picture.fx() * 640 / picture.depth_width());
+        table_ = ps_shift_table(constants_);
         device = {18, 1, 0x00, 0x02, 0, 0, 0, 64};
         put16(device, vendor), put16(device, product), put16(device, 0x0100);
         device.insert(device.end(), {2, 1, 0, 1});

@@ -18,6 +18,7 @@ namespace {
 
 constexpr char kUsage[] =
     "rig_uvc_camera [--iso] [--id VENDOR:PRODUCT] [--fps N] [--payload BYTES] [--frames FILE] [--still N] "
+    "[--hold N] "
     "[--calibration "
     "NAME] [--absurd NAME]\n"
     "               [-f COMMAND]... [-F FIFO]\n"
@@ -59,6 +60,16 @@ class UvcCamera : public UsbDevice {
         : config_(how), payload_(payload), d4xx_(faults, calibration), picture_(picture), faults_(faults) {
         device = uvc_device_descriptor(how);
         config = uvc_configuration(how);
+        if (picture.recorded()) {
+            // The tables are for 480 rows.
+            const double k = 480.0 / picture.depth_height();
+            D4xxTruth& t = d4xx_.truth;
+            t.fx = t.colour_fx = static_cast<float>(k * picture.fx());
+            t.fy = t.colour_fy = static_cast<float>(k * picture.fy());
+            t.cx = t.colour_cx = static_cast<float>(320 + k * (picture.cx() - picture.depth_width() / 2.0));
+            t.cy = t.colour_cy = static_cast<float>(k * picture.cy());
+            for (float& v : t.colour_t_mm) v = 0;
+        }
         strings = {"Burin rig", "Emulated depth camera", "826312070591"};
         reset();
     }
