@@ -94,8 +94,8 @@ constexpr Recipe recipe_of(Packing p) {
 
 // Eight pixels a block from `in`, the blocks `step` bytes apart.
 HWY_INLINE hn::Vec<DB> LoadBlocks(const std::uint8_t* in, int step) {
-    const DBlock block;
 #if HWY_TARGET <= HWY_AVX2 && HWY_ARCH_X86
+    const DBlock block;
     return hn::Vec<DB>{_mm256_inserti128_si256(_mm256_castsi128_si256(hn::LoadU(block, in).raw),
                                                hn::LoadU(block, in + step).raw, 1)};
 #else
