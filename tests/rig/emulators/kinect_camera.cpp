@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "picture.h"
+#include "arguments.h"
 #include "ps_protocol.h"
 
 namespace rig {
@@ -176,34 +176,12 @@ class KinectMotor : public UsbDevice {
 }  // namespace rig
 
 int main(int argc, char** argv) {
-    rig::Faults faults;
-    rig::Picture picture;
-    std::string calibration = "good";
-    int fps = 30;
-    bool with_motor = true;
-    for (int i = 1; i < argc;) {
-        const std::string a = argv[i];
-        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
-            i += n;
-            continue;
-        }
-        const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-        if (a == "--no-motor")
-            with_motor = false, --i;
-        else if (value == nullptr)
-            return std::fputs(rig::kUsage, stderr), 2;
-        else if (a == "--fps")
-            fps = std::max(1, std::atoi(value));
-        else if (a == "--calibration")
-            calibration = value;
-        else
-            return std::fputs(rig::kUsage, stderr), 2;
-        i += 2;
-    }
-    rig::KinectCamera camera(faults, picture, calibration, fps);
+    rig::Arguments arguments(argc, argv, rig::kUsage, {"--fps", "--calibration"}, {"--no-motor"});
+    rig::KinectCamera camera(arguments.faults, arguments.picture, arguments.get("--calibration", "good"),
+                             arguments.fps());
     rig::KinectMotor motor;
-    rig::VirtualBus bus(faults);
+    rig::VirtualBus bus(arguments.faults);
     bus.add(camera);
-    if (with_motor) bus.add(motor);
+    if (!arguments.has("--no-motor")) bus.add(motor);
     return bus.run();
 }
