@@ -99,14 +99,16 @@ node() {
     echo "/dev/no-node-of-$1"
 }
 
-# The kernel complains of nothing that is its own fault.
-kernel_faults() { dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup'; }
-
-# The same, as a check, half a second after something was plugged in.
+# kernel_faults: what the kernel says of its own faults, if anything. calm: there is nothing, half a second after something was plugged
+# in; a command, for check.
+cat >/bin/kernel_faults <<'END'
+#!/bin/sh
+dmesg | grep -E ' BUG: |Oops|Call Trace|use-after-free|refcount_t|general protection|soft lockup'
+END
 cat >/bin/calm <<'END'
 #!/bin/sh
 usleep 500000
-! dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup' || exit 1
+! kernel_faults || exit 1
 dmesg | tail -n 1
 END
-chmod +x /bin/calm
+chmod +x /bin/kernel_faults /bin/calm
