@@ -80,7 +80,8 @@ failed=0
 for architecture in "${architectures[@]}"; do
     log=out/rig/$architecture.log good=0 bad=0
     while read -r name; do
-        line=$(tr -d '\r' <"$log" | grep -a "^RIG $name " | tail -n 1) || true
+        # Of several with one name, as in a loop, all have to be ok.
+        line=$(tr -d '\r' <"$log" | grep -a "^RIG $name " | sort -k 3,3 | head -n 1) || true
         case $line in
             "RIG $name ok"*) good=$((good + 1)) ;;
             '') bad=$((bad + 1)); printf '%s RIG %s FAIL no result\n' "$architecture" "$name" ;;
