@@ -80,6 +80,9 @@ check_not() {
     fi
 }
 
+# hand_out NAME FOLDER: to the second disk (one for each guest); host/NAME.sh judges it, and its line is RIG NAME.
+hand_out() { tar cf /dev/vdb -C "$(dirname "$2")" "$(basename "$2")"; }
+
 # node DRIVER [INTERFACE [INDEX]]: path of the capture node of a driver, when it is there; a UVC camera has several. INTERFACE
 # is its control interface (0 depth and infrared, 3 colour), INDEX 0 depth, 1 its metadata, 2 infrared, 3 its metadata.
 node() {
