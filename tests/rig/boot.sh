@@ -13,5 +13,7 @@ case $architecture in
     arm64) qemu=(qemu-system-aarch64 -M virt -cpu cortex-a72) console=ttyAMA0 ;;
     *) printf 'boot.sh: expected amd64 or arm64, not %s\n' "$architecture" >&2; exit 2 ;;
 esac
+# An emulated processor stands still when the host is busy; the kernel would take that for its own fault.
+stalls="rcupdate.rcu_cpu_stall_suppress=1 nowatchdog"
 exec timeout "$seconds" "${qemu[@]}" -accel tcg -m "${RIG_MEMORY:-1024}" -smp 1 -nographic -no-reboot -nic none \
-    -kernel "$guest"/boot/vmlinuz-* -initrd "$initramfs" -append "console=$console panic=-1 quiet" "$@" </dev/null 2>&1
+    -kernel "$guest"/boot/vmlinuz-* -initrd "$initramfs" -append "console=$console panic=-1 quiet $stalls" "$@" </dev/null 2>&1

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * A C99 program that takes a frame of the made-up sensor, with the headers and libraries that are installed. */
+ * A C99 program that takes a frame of the made-up sensor, with the headers and libraries that are installed.
+ */
 #include <burin/capture.h>
 #include <stdio.h>
 #include <string.h>

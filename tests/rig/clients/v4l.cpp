@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "../emulators/picture.h"
 #include "../pattern.h"
 
 namespace {
@@ -29,8 +30,11 @@ constexpr char kUsage[] =
     "rig_v4l NODE grab FOURCC[-BE] W H FRAMES [OPTION]   streams by mmap and compares each frame with the "
     "pattern\n"
     "    --plain       no pattern in it: sizes and sequence only\n"
+    "    --frames FILE rendered frames instead of the pattern (Z16): each is one of the file's, in their "
+    "order\n"
     "    --damaged N   at most N frames may be flagged, short or out of sequence\n"
     "    --flagged-at-least N   --gaps-at-least N   so many must be\n"
+    "    --timeout S   for one frame; default 10\n"
     "    --until-gone  runs until the device goes, and expects ENODEV\n"
     "    --save FILE   keeps the last frame\n"
     "rig_v4l NODE meta FOURCC FRAMES DEPTH_NODE     metadata buffers beside Z16 640x480: frame counter and "
@@ -74,6 +78,26 @@ struct Mapped {
     std::size_t size = 0;
 };
 
+// Pixels that differ from the recorded frame nearest after *at that has fewest; *at becomes its number.
+long picture_mismatches(const rig::Picture& picture, const std::uint8_t* data, int width, int height,
+                        int* at) {
+    long least = static_cast<long>(width) * height + 1;
+    int best = *at;
+    for (int n = std::max(0, *at); n < picture.frames() && least > 0; ++n) {
+        long wrong = 0;
+        for (int i = 0; i < width * height && wrong < least; ++i) {
+            const std::uint8_t* p = data + 2 * static_cast<std::ptrdiff_t>(i);
+            wrong +=
+                (p[0] | p[1] << 8) != picture.depth_mm(static_cast<std::uint32_t>(n), i % width, i / width)
+                    ? 1
+                    : 0;
+        }
+        if (wrong < least) least = wrong, best = n;
+    }
+    *at = best;
+    return least;
+}
+
 struct Streaming {
     int fd;
     int type;
@@ -98,11 +122,12 @@ struct Streaming {
         if (control(fd, VIDIOC_STREAMON, &type) != 0) return fail("STREAMON"), false;
         return true;
     }
-    // 1 a buffer, 0 nothing within 10 s, -1 an error in errno
+    int timeout_s = 10;
+    // 1 a buffer, 0 nothing within the timeout, -1 an error in errno
     int next(v4l2_buffer* b) {
         for (;;) {
             pollfd p = {fd, POLLIN, 0};
-            if (poll(&p, 1, 10000) == 0) return 0;
+            if (poll(&p, 1, 1000 * timeout_s) == 0) return 0;
             *b = {};
             b->type = static_cast<unsigned>(type);
             b->memory = V4L2_MEMORY_MMAP;
@@ -134,7 +159,8 @@ int list(int fd, int type) {
 
 struct GrabOptions {
     std::string code, save;
-    int width = 0, height = 0, frames = 0, damaged = 0, least_flagged = 0, least_gaps = 0;
+    int width = 0, height = 0, frames = 0, damaged = 0, least_flagged = 0, least_gaps = 0, timeout_s = 10;
+    const rig::Picture* picture = nullptr;
     bool plain = false, until_gone = false, big_endian = false;
 };
 
@@ -165,21 +191,24 @@ int grab(int fd, int type, const GrabOptions& o) {
     const bool known = pixels_of(o.code, o.width, o.height, &pixels);
     if (!known && !jpeg && !o.plain) return std::printf("no pattern for %s\n", o.code.c_str()), 1;
     Streaming stream{fd, type, {}};
+    stream.timeout_s = o.timeout_s;
     if (!stream.begin(4)) return 1;
     int got = 0, whole = 0, gaps = 0, flagged = 0, shorts = 0;
     long wrong = 0;
     unsigned last = 0;
+    int recorded = 0;
     timespec t0{}, t1{};
     clock_gettime(CLOCK_MONOTONIC, &t0);
     while (whole < o.frames && got < 20 * o.frames + 100) {
         v4l2_buffer b;
         const int r = stream.next(&b);
-        if (r == 0) return std::printf("no frame for 10 s after %d\n", got), 1;
+        if (r == 0) return std::printf("no frame for %d s after %d\n", o.timeout_s, got), 1;
         if (r < 0 && o.until_gone && errno == ENODEV)
             return std::printf("ENODEV after %d frames, %d gaps, %d flagged\n", got, gaps, flagged), 0;
         if (r < 0) return fail("DQBUF");
         const Mapped& m = stream.buffers[b.index];
-        if (got > 0) gaps += static_cast<int>(b.sequence - last - 1);
+        if (got > 0)
+            gaps += std::max(0, static_cast<int>(b.sequence - last - 1));  // vivid counts one twice at times
         last = b.sequence;
         ++got;
         const std::size_t want = jpeg ? 4 : o.plain ? format.fmt.pix.sizeimage : rig::format_bytes(pixels);
@@ -192,6 +221,8 @@ int grab(int fd, int type, const GrabOptions& o) {
             std::uint32_t number = 0;
             if (jpeg)
                 wrong += m.data[0] != 0xff || m.data[1] != 0xd8;
+            else if (o.picture != nullptr)
+                wrong += picture_mismatches(*o.picture, m.data, o.width, o.height, &recorded);
             else if (!o.plain)
                 wrong += static_cast<long>(rig::pattern_mismatches(pixels, m.data, &number));
             if (!o.save.empty() && whole == o.frames) {
@@ -324,6 +355,7 @@ int main(int argc, char** argv) {
     }
     if (verb != "grab" || argc < 7) return std::fputs(kUsage, stderr), 2;
     GrabOptions o;
+    rig::Picture picture;
     const std::string code = argv[3];
     o.code = (code + "    ").substr(0, 4);
     o.big_endian = code.size() == 7 && code.substr(4) == "-BE";
@@ -338,6 +370,10 @@ int main(int argc, char** argv) {
             o.least_flagged = std::atoi(argv[++i]);
         else if (a == "--gaps-at-least" && i + 1 < argc)
             o.least_gaps = std::atoi(argv[++i]);
+        else if (a == "--frames" && i + 1 < argc && picture.open(argv[i + 1]))
+            o.picture = &picture, ++i;
+        else if (a == "--timeout" && i + 1 < argc)
+            o.timeout_s = std::atoi(argv[++i]);
         else if (a == "--damaged" && i + 1 < argc)
             o.damaged = std::atoi(argv[++i]);
         else if (a == "--save" && i + 1 < argc)

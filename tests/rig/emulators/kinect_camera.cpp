@@ -6,14 +6,14 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "picture.h"
+#include "arguments.h"
 #include "ps_protocol.h"
 
 namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_kinect [--fps N] [--frames FILE] [--still N] [--calibration good|zero|nan|negative|huge] "
+    "rig_kinect [--fps N] [--frames FILE] [--still N] [--hold N] [--calibration good|zero|nan|negative|huge] "
     "[--no-motor] [-f "
     "COMMAND]... [-F FIFO]\n";
 
@@ -27,7 +27,9 @@ class KinectCamera : public PsControl {
           picture_(picture),
           constants_(PsConstants::named(calibration)),
           fps_(fps),
-          table_(ps_shift_table(PsConstants())) {
+          table_() {
+        if (picture.recorded()) constants_.set_focal_length(picture.fx() * 640 / picture.depth_width());
+        table_ = ps_shift_table(constants_);
         device = {18, 1, 0x00, 0x02, 0, 0, 0, 64, 0x5e, 0x04, 0xae, 0x02, 0x0b, 0x01, 2, 1, 3, 1};
         config = {9, 2, 32, 0, 1, 1, 0, 0xc0, 8, 9, 4, 0, 0, 2, 255, 255, 255, 0};
         for (const int endpoint : {0x81, 0x82}) {
@@ -174,34 +176,12 @@ class KinectMotor : public UsbDevice {
 }  // namespace rig
 
 int main(int argc, char** argv) {
-    rig::Faults faults;
-    rig::Picture picture;
-    std::string calibration = "good";
-    int fps = 30;
-    bool with_motor = true;
-    for (int i = 1; i < argc;) {
-        const std::string a = argv[i];
-        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
-            i += n;
-            continue;
-        }
-        const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-        if (a == "--no-motor")
-            with_motor = false, --i;
-        else if (value == nullptr)
-            return std::fputs(rig::kUsage, stderr), 2;
-        else if (a == "--fps")
-            fps = std::max(1, std::atoi(value));
-        else if (a == "--calibration")
-            calibration = value;
-        else
-            return std::fputs(rig::kUsage, stderr), 2;
-        i += 2;
-    }
-    rig::KinectCamera camera(faults, picture, calibration, fps);
+    rig::Arguments arguments(argc, argv, rig::kUsage, {"--fps", "--calibration"}, {"--no-motor"});
+    rig::KinectCamera camera(arguments.faults, arguments.picture, arguments.get("--calibration", "good"),
+                             arguments.fps());
     rig::KinectMotor motor;
-    rig::VirtualBus bus(faults);
+    rig::VirtualBus bus(arguments.faults);
     bus.add(camera);
-    if (with_motor) bus.add(motor);
+    if (!arguments.has("--no-motor")) bus.add(motor);
     return bus.run();
 }

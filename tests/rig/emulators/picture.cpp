@@ -22,6 +22,10 @@ int Picture::argument(int argc, char** argv, int i) {
         still_ = std::atoi(argv[i + 1]);
         return 2;
     }
+    if (std::strcmp(argv[i], "--hold") == 0) {
+        hold_ = std::max(0, std::atoi(argv[i + 1]));
+        return 2;
+    }
     if (std::strcmp(argv[i], "--frames") == 0) {
         if (!open(argv[i + 1])) std::exit(2);
         return 2;
@@ -33,8 +37,8 @@ bool Picture::open(const char* path) {
     const int fd = ::open(path, O_RDONLY | O_CLOEXEC);
     char line[128] = "";
     if (fd < 0 || pread(fd, line, sizeof line - 1, 0) < 16 ||
-        std::sscanf(line, "rig %d %d %d %d %d", &frames_, &depth_w_, &depth_h_, &colour_w_, &colour_h_) !=
-            5 ||
+        std::sscanf(line, "rig %d %d %d %d %d %lf %lf %lf %lf", &frames_, &depth_w_, &depth_h_, &colour_w_,
+                    &colour_h_, &k_[0], &k_[1], &k_[2], &k_[3]) != 9 ||
         frames_ < 1) {
         std::fprintf(stderr, "emulator: %s: expected a file of rendered frames\n", path);
         if (fd >= 0) close(fd);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Where an emulator's pixels come from: the pattern, or frames that were rendered before (a `burin synth`
-// sequence, written by rig_frames.sh). Such a file, or block device, is
+// sequence, written by rig_room). Such a file, or block device, is
 //
-//     one line of text, filled up with zeros to 4096 bytes:  rig FRAMES DEPTH_W DEPTH_H COLOUR_W COLOUR_H
-//     for each frame: depth, u16 little endian, millimetres, 0 for none; then colour, RGB, 8 bits each
+//     one line of text, filled up with zeros to 4096 bytes:  rig FRAMES DEPTH_W DEPTH_H COLOUR_W COLOUR_H FX
+//     FY CX CY for each frame: depth, u16 little endian, millimetres, 0 for none; then colour, RGB, 8 bits
+//     each
 //
-// and is played from its first frame to its last, which then stays.
+// (intrinsics of both, in pixels of depth) and is played from its first frame to its last, which then stays.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +19,17 @@ namespace rig {
 
 class Picture {
   public:
-    // Understands --frames FILE and --still N (every frame is frame N of the pattern or file); returns how
-    // many arguments were taken at argv[i], 0 for none. What cannot be read ends the program with a line.
+    // Understands --frames FILE, --still N (every frame is frame N of the pattern or file) and --hold N (the
+    // first frame comes N times more, for a host that misses the beginning); returns how many arguments were
+    // taken at argv[i], 0 for none. What cannot be read ends the program with a line.
     int argument(int argc, char** argv, int i);
+
+    bool open(const char* path);  // false: a line is on stderr
 
     // The frame to show as the stream's n-th.
     std::uint32_t number(std::uint32_t n) const {
-        return still_ >= 0 ? static_cast<std::uint32_t>(still_) : n;
+        if (still_ >= 0) return static_cast<std::uint32_t>(still_);
+        return n > static_cast<std::uint32_t>(hold_) ? n - static_cast<std::uint32_t>(hold_) : 0;
     }
     bool recorded() const { return data_ != nullptr; }
     int depth_width() const { return depth_w_; }
@@ -32,15 +37,19 @@ class Picture {
     int colour_width() const { return colour_w_; }
     int colour_height() const { return colour_h_; }
     int frames() const { return frames_; }
+    double fx() const { return k_[0]; }
+    double fy() const { return k_[1]; }
+    double cx() const { return k_[2]; }
+    double cy() const { return k_[3]; }
 
     // Of a recorded one; outside it 0.
     std::uint16_t depth_mm(std::uint32_t frame, int x, int y) const;
     void rgb(std::uint32_t frame, int x, int y, std::uint8_t out[3]) const;
 
   private:
-    bool open(const char* path);
     const std::uint8_t* at(std::uint32_t frame) const;
-    int still_ = -1;
+    int still_ = -1, hold_ = 0;
+    double k_[4] = {};
     const std::uint8_t* data_ = nullptr;
     int frames_ = 0, depth_w_ = 0, depth_h_ = 0, colour_w_ = 0, colour_h_ = 0;
     std::size_t frame_bytes_ = 0;

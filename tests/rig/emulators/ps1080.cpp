@@ -6,18 +6,23 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "picture.h"
+#include "arguments.h"
+#include "ps_compression.h"
 #include "ps_protocol.h"
 
 namespace rig {
 namespace {
 
 constexpr char kUsage[] =
-    "rig_ps1080 [--id VENDOR:PRODUCT] [--fps N] [--frames FILE] [--still N] [--calibration "
-    "good|zero|nan|negative|huge] "
-    "[-f COMMAND]... [-F FIFO]\n";
+    "rig_ps1080 [--id VENDOR:PRODUCT] [--firmware MAJOR.MINOR] [--astra] [--fps N] [--frames FILE] [--still "
+    "N] [--hold N]\n"
+    "           [--calibration good|zero|nan|negative|huge] [-f COMMAND]... [-F FIFO]\n"
+    "--firmware: before 5.5 alternate setting 0 is isochronous and 1 bulk, before 5.2 depth comes from "
+    "endpoint 82\n"
+    "--astra: packed depth of 11 bits whatever is asked for, in packets of 3060 bytes, with that sensor's "
+    "constants\n";
 
-constexpr int kDepthChunk = 1748, kImageChunk = 1908;
+constexpr int kDepthChunk = 1748, kImageChunk = 1908, kAstraChunk = 3060;
 
 // Parameters by number (opcodes 2 and 3).
 enum : unsigned {
@@ -43,88 +48,24 @@ Size size_of(unsigned resolution) {
     return sizes[resolution <= 4 ? resolution : 1];
 }
 
-// The compressed format is a stream of nibbles, the high one first: 0-c a difference of -6..6; e n the last
-// value n + 1 times more; f and 8-f: a difference of seven bits; f and 0-7: a value of fifteen.
-class NibbleWriter {
-  public:
-    explicit NibbleWriter(std::vector<std::uint8_t>& out) : out_(out) { out_.clear(); }
-    void sample(int value) {
-        if (value == last_ && begun_) {
-            if (++run_ == 16) end_run();
-            return;
-        }
-        end_run();
-        const int d = value - last_;
-        if (begun_ && d >= -6 && d <= 6)
-            put(d + 6);
-        else if (begun_ && d >= -64 && d <= 63)
-            put(15), put(8 | (d + 64) >> 4), put(d + 64);
-        else
-            put(15), put(value >> 12 & 7), put(value >> 8), put(value >> 4), put(value);
-        last_ = value;
-        begun_ = true;
-    }
-    void finish() {
-        end_run();
-        if (half_) put(13);  // stands for nothing
-    }
-
-  private:
-    void end_run() {
-        if (run_ == 1) put(6);  // one nibble instead of two
-        if (run_ > 1) put(14), put(run_ - 1);
-        run_ = 0;
-    }
-    void put(int nibble) {
-        if (half_)
-            out_.back() = static_cast<std::uint8_t>(out_.back() | (nibble & 15));
-        else
-            out_.push_back(static_cast<std::uint8_t>((nibble & 15) << 4));
-        half_ = !half_;
-    }
-    std::vector<std::uint8_t>& out_;
-    int last_ = 0, run_ = 0;
-    bool begun_ = false, half_ = false;
-};
-
-// Compressed images are nibbles too: 0-c a difference of -6..6; f and two nibbles a value; d nothing. Running
-// values, one for each channel, begin at 0 in each row; both lumas of a pair share one.
-void compress_image(const std::vector<std::uint8_t>& bytes, int columns, bool yuv,
-                    std::vector<std::uint8_t>& out) {
-    static constexpr int kYuvChannel[4] = {0, 1, 2, 1};
-    out.clear();
-    bool half = false;
-    const auto put = [&](int nibble) {
-        if (half)
-            out.back() = static_cast<std::uint8_t>(out.back() | (nibble & 15));
-        else
-            out.push_back(static_cast<std::uint8_t>((nibble & 15) << 4));
-        half = !half;
-    };
-    int last[3] = {};
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-        const int column = static_cast<int>(i % static_cast<std::size_t>(columns)),
-                  channel = yuv ? kYuvChannel[column % 4] : column % 2;
-        if (column == 0) last[0] = last[1] = last[2] = 0;
-        const int d = bytes[i] - last[channel];
-        if (d >= -6 && d <= 6)
-            put(d + 6);
-        else
-            put(15), put(bytes[i] >> 4), put(bytes[i]);
-        last[channel] = bytes[i];
-    }
-    if (half) put(13);
-}
-
 class Ps1080 : public PsControl {
   public:
-    Ps1080(Faults& faults, const Picture& picture, const std::string& calibration, int fps, unsigned vendor,
-           unsigned product)
+    Ps1080(const Arguments& arguments, Faults& faults)
         : PsControl(faults),
-          picture_(picture),
-          constants_(PsConstants::named(calibration)),
-          fps_(fps),
-          table_(ps_shift_table(PsConstants())) {
+          picture_(arguments.picture),
+          constants_(PsConstants::named(arguments.get("--calibration", "good"))),
+          fps_(arguments.fps()),
+          astra_(arguments.has("--astra")),
+          depth_(0x70, astra_ ? kAstraChunk : kDepthChunk) {
+        unsigned vendor = 0x1d27, product = 0x0601;
+        arguments.id(&vendor, &product);
+        std::sscanf(arguments.get("--firmware", "5.8").c_str(), "%d.%d", &major_, &minor_);
+        const bool swapped = version() < 502;
+        depth_endpoint_ = swapped ? 2 : 1;
+        iso_setting_ = version() < 505 ? 0 : 1;
+        if (astra_) constants_.reference_distance = 130, constants_.pixel_size = 0.113967f;
+        if (picture_.recorded()) constants_.set_focal_length(picture_.fx() * 640 / picture_.depth_width());
+        table_ = ps_shift_table(constants_);
         device = {18, 1, 0x00, 0x02, 0, 0, 0, 64};
         put16(device, vendor), put16(device, product), put16(device, 0x0100);
         device.insert(device.end(), {2, 1, 0, 1});
@@ -135,10 +76,16 @@ class Ps1080 : public PsControl {
             put16(config, packet);
             config.push_back(static_cast<std::uint8_t>(interval));
         };
-        config.insert(config.end(), {9, 4, 0, 0, 2, 255, 0, 0, 0});
-        endpoint(0x81, 2, 512, 0), endpoint(0x82, 2, 512, 0);
-        config.insert(config.end(), {9, 4, 0, 1, 2, 255, 0, 0, 0});
-        endpoint(0x81, 1, 0x0bc0, 1), endpoint(0x82, 1, 0x1400, 1);
+        for (int setting = 0; setting < 2; ++setting) {
+            config.insert(config.end(), {9, 4, 0, static_cast<std::uint8_t>(setting), 2, 255, 0, 0, 0});
+            const bool iso = setting == iso_setting_;
+            for (int number = 1; number <= 2; ++number)
+                endpoint(0x80 | number, iso ? 1 : 2,
+                         !iso                                   ? 512
+                         : number == depth_endpoint_ && !astra_ ? 0x0bc0
+                                                                : 0x1400,
+                         iso ? 1 : 0);
+        }
         set16(&config[2], static_cast<unsigned>(config.size()));
         strings = {"PrimeSense Device", "PrimeSense"};
         depth_.padding_field = true;
@@ -155,13 +102,13 @@ class Ps1080 : public PsControl {
     void set_alternate(int, int) override { depth_.stop(), image_.stop(); }
 
     int in(int endpoint, std::uint8_t* out, int size) override {
-        const bool iso = alternate[0] == 1;
+        const bool iso = alternate[0] == iso_setting_;
         const auto depth = [&](std::uint32_t n, auto& v) { paint_depth(picture_.number(n), v); };
         const auto image = [&](std::uint32_t n, auto& v) { paint_image(picture_.number(n), v); };
-        if (endpoint == 1)
+        if (endpoint == depth_endpoint_)
             return iso ? depth_.packet(out, size, fps_, faults_, true, depth)
                        : depth_.bytes(out, size, fps_, faults_, true, depth);
-        if (endpoint == 2)
+        if (endpoint == 3 - depth_endpoint_)
             return iso ? image_.packet(out, size, fps_, faults_, !depth_.on(), image)
                        : image_.bytes(out, size, fps_, faults_, !depth_.on(), image);
         return kLater;
@@ -173,7 +120,18 @@ class Ps1080 : public PsControl {
         const auto zeros = [&](std::size_t n) { reply->assign(n, 0); };
         switch (opcode) {
             case 0:  // version: minor, major, build (binary-coded decimal), chip, FPGA, system
-                *reply = {8, 5, 0x22, 0, 0x20, 0x20, 0x20, 0, 5, 0, 1, 0};
+                *reply = {static_cast<std::uint8_t>(minor_),
+                          static_cast<std::uint8_t>(major_),
+                          0x22,
+                          0,
+                          0x20,
+                          0x20,
+                          0x20,
+                          0,
+                          5,
+                          0,
+                          1,
+                          0};
                 reply->resize(60, 0);
                 return 0;
             case 1:
@@ -230,6 +188,8 @@ class Ps1080 : public PsControl {
     }
 
   private:
+    int version() const { return 100 * major_ + minor_; }
+
     int algorithm(unsigned what, std::size_t offset, std::vector<std::uint8_t>& reply) const {
         std::vector<std::uint8_t> all;
         switch (what) {
@@ -270,20 +230,19 @@ class Ps1080 : public PsControl {
         return mm > 0 && mm <= 10000 ? table_[static_cast<std::size_t>(mm)] : 2047;
     }
 
+    unsigned depth_format() const { return astra_ ? 3u : parameters_[kDepthFormat]; }
+
     void paint_depth(std::uint32_t n, std::vector<std::uint8_t>& out) const {
-        const auto [w, h] = size_of(parameters_[kDepthSize]);
+        const int w = size_of(parameters_[kDepthSize]).width, h = size_of(parameters_[kDepthSize]).height;
         const bool mirror = parameters_[kDepthMirror] != 0;
         const auto at = [&, width = w](int x, int y) {
             return static_cast<std::uint32_t>(shift(n, mirror ? width - 1 - x : x, y));
         };
-        if (parameters_[kDepthFormat] == 1) {
-            NibbleWriter writer(out);
-            for (int y = 0; y < h; ++y)
-                for (int x = 0; x < w; ++x) writer.sample(static_cast<int>(at(x, y)));
-            writer.finish();
+        if (depth_format() == 1) {
+            compress_depth(w, h, at, out);
             return;
         }
-        const unsigned format = parameters_[kDepthFormat];
+        const unsigned format = depth_format();
         const Format f = format == 0 ? Format{Layout::u16, 16, w, h}
                                      : Format{Layout::packed,
                                               format == 2   ? 10
@@ -305,7 +264,8 @@ class Ps1080 : public PsControl {
 
     void plain_image(std::uint32_t n, std::vector<std::uint8_t>& out) const {
         const bool infrared = parameters_[kStream0] == 3;
-        const auto [w, rows] = size_of(parameters_[infrared ? kInfraredSize : kImageSize]);
+        const Size size = size_of(parameters_[infrared ? kInfraredSize : kImageSize]);
+        const int w = size.width, rows = size.height;
         const int h = infrared && rows < 1024 ? rows + 8 : rows;
         const unsigned format = parameters_[kImageFormat];
         const bool yuv = !infrared && format != 6 && format != 0,
@@ -340,8 +300,10 @@ class Ps1080 : public PsControl {
     const Picture& picture_;
     PsConstants constants_;
     int fps_;
-    std::vector<std::uint16_t> table_;
-    PsStream depth_{0x70, kDepthChunk}, image_{0x80, kImageChunk};
+    bool astra_;
+    int major_ = 5, minor_ = 8, depth_endpoint_ = 1, iso_setting_ = 1;
+    std::vector<std::uint16_t> table_;  // shift by millimetre
+    PsStream depth_, image_{0x80, kImageChunk};
     std::uint16_t parameters_[0x400] = {};
 };
 
@@ -349,30 +311,10 @@ class Ps1080 : public PsControl {
 }  // namespace rig
 
 int main(int argc, char** argv) {
-    rig::Faults faults;
-    rig::Picture picture;
-    std::string calibration = "good";
-    unsigned vendor = 0x1d27, product = 0x0601;
-    int fps = 30;
-    for (int i = 1; i < argc;) {
-        const std::string a = argv[i];
-        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
-            i += n;
-            continue;
-        }
-        const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-        if (value == nullptr) return std::fputs(rig::kUsage, stderr), 2;
-        if (a == "--fps")
-            fps = std::max(1, std::atoi(value));
-        else if (a == "--calibration")
-            calibration = value;
-        else if (a == "--id" && std::sscanf(value, "%x:%x", &vendor, &product) == 2) {
-        } else
-            return std::fputs(rig::kUsage, stderr), 2;
-        i += 2;
-    }
-    rig::Ps1080 camera(faults, picture, calibration, fps, vendor, product);
-    rig::VirtualBus bus(faults);
+    rig::Arguments arguments(argc, argv, rig::kUsage, {"--id", "--firmware", "--fps", "--calibration"},
+                             {"--astra"});
+    rig::Ps1080 camera(arguments, arguments.faults);
+    rig::VirtualBus bus(arguments.faults);
     bus.add(camera);
     return bus.run();
 }

@@ -22,6 +22,8 @@ struct PsConstants {
     float pixel_size = 0.1042f;      // of the reference, mm
     int shift = 200;                 // constant added to shifts
     static PsConstants named(const std::string& name);
+    // Of a sensor that sees 640x480 pixels with this focal length: the zero plane's pixels are those of 1280.
+    void set_focal_length(double fx) { pixel_size = static_cast<float>(reference_distance / (2 * fx)); }
     void write(std::uint8_t* sixteen_bytes) const;  // the four floats in their order in the fixed parameters
 };
 

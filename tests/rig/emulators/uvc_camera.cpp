@@ -8,8 +8,8 @@
 
 #include <jpeglib.h>  // after <cstdio>: it has no includes of its own
 
+#include "arguments.h"
 #include "d4xx.h"
-#include "picture.h"
 #include "uvc_descriptors.h"
 #include "vusb.h"
 
@@ -18,6 +18,7 @@ namespace {
 
 constexpr char kUsage[] =
     "rig_uvc_camera [--iso] [--id VENDOR:PRODUCT] [--fps N] [--payload BYTES] [--frames FILE] [--still N] "
+    "[--hold N] "
     "[--calibration "
     "NAME] [--absurd NAME]\n"
     "               [-f COMMAND]... [-F FIFO]\n"
@@ -59,6 +60,16 @@ class UvcCamera : public UsbDevice {
         : config_(how), payload_(payload), d4xx_(faults, calibration), picture_(picture), faults_(faults) {
         device = uvc_device_descriptor(how);
         config = uvc_configuration(how);
+        if (picture.recorded()) {
+            // The tables are for 480 rows.
+            const double k = 480.0 / picture.depth_height();
+            D4xxTruth& t = d4xx_.truth;
+            t.fx = t.colour_fx = static_cast<float>(k * picture.fx());
+            t.fy = t.colour_fy = static_cast<float>(k * picture.fy());
+            t.cx = t.colour_cx = static_cast<float>(320 + k * (picture.cx() - picture.depth_width() / 2.0));
+            t.cy = t.colour_cy = static_cast<float>(k * picture.cy());
+            for (float& v : t.colour_t_mm) v = 0;
+        }
         strings = {"Burin rig", "Emulated depth camera", "826312070591"};
         reset();
     }
@@ -170,7 +181,7 @@ class UvcCamera : public UsbDevice {
     void paint(Stream& s) {
         const UvcFormat& f = s.f();
         const std::uint32_t n = picture_.number(s.frame);
-        const auto [w, h] = s.wh();
+        const int w = s.wh().width, h = s.wh().height;
         if (f.jpeg) {
             std::vector<std::uint8_t> rgb(3 * static_cast<std::size_t>(w) * h);
             std::vector<std::uint8_t>& kept = jpegs_[s.size][n % 24];
@@ -314,38 +325,16 @@ class UvcCamera : public UsbDevice {
 }  // namespace rig
 
 int main(int argc, char** argv) {
+    rig::Arguments arguments(argc, argv, rig::kUsage,
+                             {"--id", "--fps", "--payload", "--calibration", "--absurd"}, {"--iso"});
     rig::UvcConfig config;
-    rig::Faults faults;
-    rig::Picture picture;
-    std::string calibration = "good";
-    int payload = 0;
-    for (int i = 1; i < argc;) {
-        const std::string a = argv[i];
-        if (const int n = faults.argument(argc, argv, i) + picture.argument(argc, argv, i); n > 0) {
-            i += n;
-            continue;
-        }
-        const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-        if (a == "--iso")
-            config.bulk = false, --i;
-        else if (value == nullptr)
-            return std::fputs(rig::kUsage, stderr), 2;
-        else if (a == "--id" && std::sscanf(value, "%x:%x", reinterpret_cast<unsigned*>(&config.vendor),
-                                            reinterpret_cast<unsigned*>(&config.product)) == 2) {
-        } else if (a == "--fps")
-            config.fps = std::max(1, std::atoi(value));
-        else if (a == "--payload")
-            payload = std::atoi(value);
-        else if (a == "--calibration")
-            calibration = value;
-        else if (a == "--absurd")
-            config.absurd = value;
-        else
-            return std::fputs(rig::kUsage, stderr), 2;
-        i += 2;
-    }
-    rig::UvcCamera camera(config, payload, calibration, picture, faults);
-    rig::VirtualBus bus(faults);
+    config.bulk = !arguments.has("--iso");
+    config.fps = arguments.fps();
+    config.absurd = arguments.get("--absurd", "");
+    arguments.id(&config.vendor, &config.product);
+    rig::UvcCamera camera(config, arguments.number("--payload", 0), arguments.get("--calibration", "good"),
+                          arguments.picture, arguments.faults);
+    rig::VirtualBus bus(arguments.faults);
     bus.add(camera);
     return bus.run();
 }

@@ -160,8 +160,7 @@ std::uint32_t uvc_frame_bytes(const UvcFormat& format, UvcSize size) {
 std::vector<std::uint8_t> uvc_device_descriptor(const UvcConfig& config) {
     Bytes out;
     out.add({18, 1}), out.w(0x0200), out.add({0xef, 2, 1, 64});
-    out.w(static_cast<unsigned>(config.vendor)), out.w(static_cast<unsigned>(config.product)), out.w(0x50f0),
-        out.add({1, 2, 3, 1});
+    out.w(config.vendor), out.w(config.product), out.w(0x50f0), out.add({1, 2, 3, 1});
     return out.v;
 }
 

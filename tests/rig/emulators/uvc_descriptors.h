@@ -44,7 +44,7 @@ std::uint32_t uvc_frame_bytes(const UvcFormat& format, UvcSize size);  // of JPE
 
 struct UvcConfig {
     bool bulk = true;
-    int vendor = 0x8086, product = 0x0b03;
+    unsigned vendor = 0x8086, product = 0x0b03;
     int fps = 30;
     std::string absurd;  // zero-size, huge-size, zero-interval, no-formats, cut, no-endpoint
 };

@@ -50,14 +50,17 @@ wait_for() {
     done
 }
 
+uptime_cs() { cut -d' ' -f1 /proc/uptime | tr -d .; }
+seconds_since() { t=$(($(uptime_cs) - $1)); echo "$((t / 100)).$((t % 100 / 10)) s"; }
+
 # check NAME COMMAND...: RIG_LIMIT seconds at most (60).
 check() {
-    name=$1
+    name=$1 began=$(uptime_cs)
     shift
     if timeout -s KILL "${RIG_LIMIT:-60}" "$@" >/tmp/out 2>&1; then
-        echo "RIG $name ok $(tail -n 1 /tmp/out)"
+        echo "RIG $name ok $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
     else
-        echo "RIG $name FAIL ($?) $(tail -n 1 /tmp/out)"
+        echo "RIG $name FAIL ($?) $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
         sed 's/^/rig:   /' /tmp/out | tail -n 12
         tail -n 4 /tmp/emulator.log 2>/dev/null | sed 's/^/rig:   /'
         dmesg | tail -n 4 | sed 's/^/rig:   /'
@@ -66,16 +69,19 @@ check() {
 
 # check_not NAME COMMAND...: the command has to fail by itself, with a message; not by a signal, and not for want of time.
 check_not() {
-    name=$1
+    name=$1 began=$(uptime_cs)
     shift
     timeout -s KILL "${RIG_LIMIT:-60}" "$@" >/tmp/out 2>&1
     code=$?
     if [ $code -ge 1 ] && [ $code -lt 124 ] && [ -s /tmp/out ]; then
-        echo "RIG $name ok $(tail -n 1 /tmp/out)"
+        echo "RIG $name ok $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
     else
-        echo "RIG $name FAIL ($code) $(tail -n 1 /tmp/out)"
+        echo "RIG $name FAIL ($code) $(tail -n 1 /tmp/out) [$(seconds_since $began)]"
     fi
 }
+
+# hand_out NAME FOLDER: to the second disk (one for each guest); host/NAME.sh judges it, and its line is RIG NAME.
+hand_out() { tar cf /dev/vdb -C "$(dirname "$2")" "$(basename "$2")"; }
 
 # node DRIVER [INTERFACE [INDEX]]: path of the capture node of a driver, when it is there; a UVC camera has several. INTERFACE
 # is its control interface (0 depth and infrared, 3 colour), INDEX 0 depth, 1 its metadata, 2 infrared, 3 its metadata.
@@ -96,14 +102,16 @@ node() {
     echo "/dev/no-node-of-$1"
 }
 
-# The kernel complains of nothing that is its own fault.
-kernel_faults() { dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup'; }
-
-# The same, as a check, half a second after something was plugged in.
+# kernel_faults: what the kernel says of its own faults, if anything. calm: there is nothing, half a second after something was plugged
+# in; a command, for check.
+cat >/bin/kernel_faults <<'END'
+#!/bin/sh
+dmesg | grep -E ' BUG: |Oops|Call Trace|use-after-free|refcount_t|general protection|soft lockup'
+END
 cat >/bin/calm <<'END'
 #!/bin/sh
 usleep 500000
-! dmesg | grep -iE 'BUG:|Oops|call trace|use-after-free|refcount|general protection|soft lockup' || exit 1
+! kernel_faults || exit 1
 dmesg | tail -n 1
 END
-chmod +x /bin/calm
+chmod +x /bin/kernel_faults /bin/calm

@@ -18,6 +18,8 @@ check uvc.bulk.d4xx rig_v4l $M meta D4XX 10 $D
 check uvc.bulk.uvch rig_v4l $M meta UVCH 10 $D
 check uvc.xu.laser rig_v4l $D xu 4 78 00
 check uvc.xu.table rig_v4l $D xu 1 14 00 ab cd 15 00 00 00 19 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00
+plug rig_uvc_camera --payload 8192
+check uvc.bulk.payloads rig_v4l $(node uvcvideo 0 0) grab 'Z16 ' 848 480 5
 plug rig_uvc_camera --iso
 D=$(node uvcvideo 0 0) I=$(node uvcvideo 0 2) C=$(node uvcvideo 3 0)
 check uvc.iso.z16 rig_v4l $D grab 'Z16 ' 640 480 10

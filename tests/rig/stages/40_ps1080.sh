@@ -11,3 +11,7 @@ check ps1080.openni.yuv_compressed rig_openni 3 yuv 1
 check ps1080.openni.bayer_compressed rig_openni 3 grey 0
 check ps1080.openni.ir rig_openni 3 ir
 check ps1080.openni.iso rig_openni 3 depth 3 iso
+plug rig_ps1080 --firmware 5.4
+check ps1080.openni.firmware54 rig_openni 3 depth 3
+plug rig_ps1080 --firmware 5.1
+check ps1080.openni.firmware51 rig_openni 3 depth 3
