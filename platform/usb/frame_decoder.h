@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// From the bytes of a frame to an image: unpacking, shift to depth, colour.
+#pragma once
+
+#include <cstdint>
+
+#include "platform/usb/depth_geometry.h"
+#include "platform/usb/frame_assembler.h"
+#include "platform/usb/sensor_modes.h"
+
+namespace burin {
+
+class FrameDecoder {
+  public:
+    // Depth is looked up in `table` (kShifts entries), which must live as long as this. any_depth_format: the
+    // size of a frame says its format, whatever was agreed (Astra).
+    void reset(StreamKind kind, const SensorMode& mode, const std::uint16_t* table, bool any_depth_format) {
+        kind_ = kind, mode_ = mode, table_ = table, any_ = any_depth_format;
+    }
+
+    // Writes the whole image, rows packed: depth u16 in millimetres, infrared u16 (10 bits), colour RGB. What
+    // is missing is 0. False: the frame has not the size that its format demands (the image is written as far
+    // as it goes). Never reads beyond frame.bytes + kRawMargin.
+    bool decode(const RawFrame& frame, std::uint8_t* image) const;
+
+    // The format that frame is in.
+    WireFormat format_of(const RawFrame& frame) const;
+
+  private:
+    bool decode_depth(const RawFrame& frame, std::uint16_t* image) const;
+    bool decode_infrared(const RawFrame& frame, std::uint16_t* image) const;
+    bool decode_colour(const RawFrame& frame, std::uint8_t* image) const;
+
+    StreamKind kind_ = StreamKind::depth;
+    SensorMode mode_;
+    const std::uint16_t* table_ = nullptr;
+    bool any_ = false;
+};
+
+// Undoes PrimeSense's colour compression: rows of U Y V Y as nibbles, high one first. 0..C: difference -6..+6
+// to the value before in its channel; D: nothing; F and two nibbles: the value. Every row begins at 0.
+// (OpenNI2, Uncomp.cpp.) Returns the bytes written, at most `capacity`.
+int decode_ps_yuv(const std::uint8_t* data, int bytes, int row_bytes, std::uint8_t* uyvy, int capacity);
+
+}  // namespace burin
