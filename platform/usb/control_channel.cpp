@@ -161,7 +161,7 @@ Status ControlChannel::request(Opcode opcode, const std::uint16_t* words, int co
     }
     if (reply.error != 0) return error_of_code(name_, opcode, reply.error);
     const int copied = std::min(reply.bytes, capacity);
-    if (copied > 0) std::memcpy(data, reply.data, static_cast<std::size_t>(copied));
+    if (data && copied > 0) std::memcpy(data, reply.data, static_cast<std::size_t>(copied));
     if (bytes) *bytes = reply.bytes;
     return {};
 }

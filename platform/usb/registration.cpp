@@ -128,7 +128,8 @@ void Registration::apply(const std::uint16_t* depth_mm, std::uint16_t* registere
         }
 }
 
-bool Registration::fit_camera(const Camera& depth, Camera* colour, double* residual_px) const {
+bool Registration::fit_camera(const Camera& depth, const DepthGeometry& geometry, Camera* colour,
+                              Se3* T_colour_depth, double* residual_px) const {
     // At infinity a point along the ray (a, b, 1) of the depth camera lies at fx a + cx, fy b + cy of the
     // colour camera: two lines.
     const std::int32_t far = shift_[kMaxDepth_mm - 1] +
@@ -158,6 +159,8 @@ bool Registration::fit_camera(const Camera& depth, Camera* colour, double* resid
         *residual_px > kMaxResidual_px || !check_camera(c, "colour").ok())
         return false;
     *colour = c;
+    *T_colour_depth = colour_from_depth(geometry);
+    T_colour_depth->t.x *= depth.fx / c.fx;
     return true;
 }
 

@@ -48,10 +48,13 @@ class Registration {
     // 640 x 480, rows packed, in millimetres.
     void apply(const std::uint16_t* depth_mm, std::uint16_t* registered_mm) const;
 
-    // Intrinsics of the colour camera that fit the table best, axes parallel to the depth camera's: least
-    // squares over all pixels. *residual_px: root mean square. False: the table does not describe a camera
-    // (focal length beyond a factor of two of the depth camera's, or the residual above kMaxResidual_px).
-    bool fit_camera(const Camera& depth, Camera* colour, double* residual_px) const;
+    // The colour camera that fits the table best, axes parallel to the depth camera's: intrinsics by least
+    // squares over all pixels, and the distance that moves pixels as the table does, which is the device's own
+    // stretched by the ratio of the focal lengths. *residual_px: root mean square. False: the table does not
+    // describe a camera (focal length beyond a factor of two of the depth camera's, or the residual above
+    // kMaxResidual_px).
+    bool fit_camera(const Camera& depth, const DepthGeometry& geometry, Camera* colour, Se3* T_colour_depth,
+                    double* residual_px) const;
 
     static constexpr int kWidth = 640, kHeight = 480;
     // Above it the images are turned against each other or the table is none: the mean of 5 pixels is where

@@ -101,7 +101,7 @@ Status UsbSensor::start(SourceSink* sink) {
         s.parser_.reset(&s.assembler_, kinect);
         s.sequence_ = 0;
         s.last_device_ns_ = s.last_log_ns_ = 0;
-        s.any_stamp_ = s.told_format_ = false;
+        s.any_stamp_ = s.gap_ = s.told_format_ = false;
         s.untimed_ = s.unlogged_ = 0;
         if (!s.assembler_.reset(layout, &s))
             begun = Status::error(Code::insufficient_memory, "%s: no memory for frames of %s", name_,
@@ -168,7 +168,8 @@ void SensorStream::frame(const RawFrame& raw) {
         frame.has_stamp && clocked && sensor_->clock_.ns(frame.stamp, stamp.host_ns, &stamp.device_ns);
     // Frames have no number. Where packets are missing, time says how many frames were between.
     std::uint64_t step = 1;
-    if (frame.after_gap && stamp.has_device_time && any_stamp_) {
+    gap_ = gap_ || frame.after_gap || frame.packets_lost > 0;
+    if (gap_ && stamp.has_device_time && any_stamp_) {
         const double frames =
             std::nearbyint(static_cast<double>(stamp.device_ns - last_device_ns_) * 1e-9 * mode_.fps) - untimed_;
         step = static_cast<std::uint64_t>(std::clamp(frames, 1.0, 1000.0));
@@ -177,6 +178,7 @@ void SensorStream::frame(const RawFrame& raw) {
     if (stamp.has_device_time) {
         last_device_ns_ = stamp.device_ns;
         any_stamp_ = true;
+        gap_ = false;
         untimed_ = 0;
         sensor_->accelerometer_.image_at(stamp.device_ns, stamp.host_ns);
     } else {

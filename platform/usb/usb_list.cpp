@@ -50,7 +50,8 @@ void usb_serial(libusb_device_handle* handle, libusb_device* device, char* seria
     if (length <= 0) return;
     text[length] = 0;
     if (std::strspn(reinterpret_cast<char*>(text), "0") == static_cast<std::size_t>(length)) return;
-    std::snprintf(serial, static_cast<std::size_t>(size), "%s", reinterpret_cast<char*>(text));
+    std::snprintf(serial, static_cast<std::size_t>(size), "%.*s", size - 1,
+                  reinterpret_cast<char*>(text));
 }
 
 Status visit_usb_sensors(bool (*visit)(void* user, const UsbFound& found), void* user) {

@@ -154,6 +154,7 @@ Status UsbSensor::read_constants(std::uint16_t registration_id, std::uint16_t pa
         BURIN_TRY(algorithm(kDepthInfo, resolution, fps, data, 2, &bytes));
         BURIN_TRY(parse_const_shift(data, bytes, name_, &geometry_));
     }
+    T_colour_depth_ = colour_from_depth(geometry_);
     // The table is of use for colour alone.
     if (!wishes_.registered && !stream_of(StreamKind::colour)) return {};
     Status table = algorithm(registration_id, kVga, 30, data, kRegistrationBytes, &bytes);
@@ -168,7 +169,8 @@ Status UsbSensor::read_constants(std::uint16_t registration_id, std::uint16_t pa
     const Camera depth_vga = depth_camera(geometry_, 640, 480);
     double residual_px = 0;
     if (table.ok()) {
-        colour_fitted_ = registration_.fit_camera(depth_vga, &colour_camera_, &residual_px);
+        colour_fitted_ = registration_.fit_camera(depth_vga, geometry_, &colour_camera_, &T_colour_depth_,
+                                                   &residual_px);
         if (!colour_fitted_)
             table = Status::error(Code::format, "%s: the registration table fits no camera (%.3g pixels off)", name_,
                                   residual_px);
@@ -189,7 +191,6 @@ void UsbSensor::describe(SensorStream& stream, StreamInfo* info) {
     s.kind = stream.kind_;
     std::snprintf(s.format, sizeof s.format, "%s", wire_name(m.format));
     s.width = m.width, s.height = m.height, s.fps = m.fps;
-    const Se3 T_colour_depth = wishes_.registered ? Se3() : colour_from_depth(geometry_);
     switch (stream.kind_) {
         case StreamKind::depth:
             s.pixels = StreamPixels::u16;
@@ -202,13 +203,13 @@ void UsbSensor::describe(SensorStream& stream, StreamInfo* info) {
             s.colour_format = PixelFormat::rgb8;
             s.camera = scaled(colour_camera_, m.width, m.height);
             s.calibrated = colour_fitted_;
-            s.T_stream_depth = T_colour_depth;
+            if (!wishes_.registered) s.T_stream_depth = T_colour_depth_;
             break;
         default:
             s.pixels = StreamPixels::u16;
             s.camera = scaled(depth_camera(geometry_, 640, 480), m.width, m.height);
             s.calibrated = true;
-            if (wishes_.registered) s.T_stream_depth = colour_from_depth(geometry_).inverse();
+            if (wishes_.registered) s.T_stream_depth = T_colour_depth_.inverse();
     }
     set_image_bytes(&s);
 }

@@ -46,7 +46,8 @@ class SensorStream final : public UsbReceiver, public FrameTarget {
     std::uint64_t sequence_ = 0;
     std::int64_t last_device_ns_ = 0;
     bool any_stamp_ = false;
-    int untimed_ = 0;  // frames since the last stamp
+    bool gap_ = false;  // packets are missing since the last stamp
+    int untimed_ = 0;   // frames since the last stamp
     std::int64_t last_log_ns_ = 0;
     int unlogged_ = 0;
     bool told_format_ = false;
@@ -99,6 +100,7 @@ class UsbSensor {
     RegistrationPolynomial polynomial_;
     Registration registration_;
     Camera colour_camera_;
+    Se3 T_colour_depth_;
     bool colour_fitted_ = false;
     int firmware_[3] = {};
     double ticks_per_second_ = 60e6;
