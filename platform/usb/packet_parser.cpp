@@ -14,6 +14,14 @@ constexpr std::uint8_t kMagic[2] = {0x52, 0x42};  // "RB"
 // and following it would swallow a tenth of a frame.
 constexpr int kMaxPacketBytes = 16384;
 
+// Of image data, one in 2^40 would pass.
+bool looks_like_header(const std::uint8_t* data, int length) {
+    if (length < kPacketHeaderBytes || data[0] != kMagic[0] || data[1] != kMagic[1] || data[2] != 0) return false;
+    const int place = data[3] & 0xf, stream = data[3] & 0xf0, size = be16(data + 6);
+    return (stream == 0x70 || stream == 0x80) && (place == 1 || place == 2 || place == 5) && size >= kPacketHeaderBytes &&
+           size <= kMaxPacketBytes;
+}
+
 }  // namespace
 
 void PacketParser::whole_packet(const std::uint8_t* data, int length) {
@@ -87,7 +95,8 @@ int PacketParser::header(const std::uint8_t* data, int length) {
 }
 
 void PacketParser::bytes(const std::uint8_t* data, int length) {
-    if (whole_) return whole_packet(data, length);
+    if (framing_ == PacketFraming::whole) return whole_packet(data, length);
+    if (framing_ == PacketFraming::datagrams && have_ > 0 && looks_like_header(data, length)) lost();
     while (length > 0) {
         int used;
         if (have_ < 2) {

@@ -40,11 +40,20 @@ class PacketSink {
     virtual void garbage(int bytes) = 0;
 };
 
+// How packets lie in what bytes() is given.
+enum class PacketFraming : std::uint8_t {
+    stream,     // anywhere (bulk)
+    datagrams,  // mostly at the beginning, as isochronous packets have it: what looks like a header there is
+                // one, even when the packet before should go on
+    whole,      // every call is one packet (Kinect v1)
+};
+
 // Never allocates, never fails: what is no packet is skipped and told.
 class PacketParser {
   public:
-    // whole: every call of bytes() is one packet (Kinect v1).
-    void reset(PacketSink* sink, bool whole) { *this = PacketParser(), sink_ = sink, whole_ = whole; }
+    void reset(PacketSink* sink, PacketFraming framing) {
+        *this = PacketParser(), sink_ = sink, framing_ = framing;
+    }
     void bytes(const std::uint8_t* data, int length);
     // Bytes are missing here.
     void lost();
@@ -56,7 +65,7 @@ class PacketParser {
     bool begin();
 
     PacketSink* sink_ = nullptr;
-    bool whole_ = false;
+    PacketFraming framing_ = PacketFraming::stream;
     std::uint8_t header_[kPacketHeaderBytes] = {};
     int have_ = 0;  // bytes of the header
     int left_ = 0;  // bytes of the payload still to come

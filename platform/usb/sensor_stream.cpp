@@ -98,7 +98,9 @@ Status UsbSensor::start(SourceSink* sink) {
             layout.padded = depth && firmware_at_least(5, 1, 0);
         }
         s.decoder_.reset(s.kind_, s.mode_, depth_table_, model_.formats_as_they_come);
-        s.parser_.reset(&s.assembler_, kinect);
+        s.parser_.reset(&s.assembler_, kinect                     ? PacketFraming::whole
+                                       : s.endpoint_.isochronous ? PacketFraming::datagrams
+                                                                 : PacketFraming::stream);
         s.sequence_ = 0;
         s.last_device_ns_ = s.last_log_ns_ = 0;
         s.any_stamp_ = s.gap_ = s.told_format_ = false;

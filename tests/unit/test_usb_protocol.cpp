@@ -120,7 +120,7 @@ TEST(UsbPackets, AnyCutOfTheStreamGivesTheSamePackets) {
     for (int round = 0; round < 50; ++round) {
         Kept kept;
         PacketParser parser;
-        parser.reset(&kept, false);
+        parser.reset(&kept, PacketFraming::stream);
         const int most = round == 0 ? 1 : round == 1 ? 1 << 20 : 1 + static_cast<int>(random() % 700);
         for (std::size_t at = 0; at < stream.size();) {
             const std::size_t n = std::min<std::size_t>(stream.size() - at, 1 + random() % static_cast<unsigned>(most));
@@ -135,6 +135,24 @@ TEST(UsbPackets, AnyCutOfTheStreamGivesTheSamePackets) {
         }
         EXPECT_EQ(kept.skipped, garbage);
     }
+}
+
+TEST(UsbPackets, AnIsochronousPacketBeginsAnewAfterACutOne) {
+    Kept kept;
+    PacketParser parser;
+    parser.reset(&kept, PacketFraming::datagrams);
+    Bytes data(500);
+    for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::uint8_t>(i);
+    Bytes a = packet(0x71, 1, data.data(), 500, 0), b = packet(0x72, 2, data.data(), 500, 0);
+    parser.bytes(a.data(), 200);  // cut
+    parser.bytes(b.data(), static_cast<int>(b.size()));
+    ASSERT_EQ(kept.packets.size(), 2u);
+    EXPECT_EQ(kept.broken, 1);
+    EXPECT_EQ(kept.packets[1], data);
+    parser.bytes(b.data(), 300);  // one over two isochronous packets
+    parser.bytes(b.data() + 300, static_cast<int>(b.size()) - 300);
+    ASSERT_EQ(kept.packets.size(), 3u);
+    EXPECT_EQ(kept.packets[2], data);
 }
 
 struct Frames final : FrameTarget {
@@ -153,7 +171,7 @@ class KinectFrames : public ::testing::Test {
         FrameLayout l;
         l.bytes = l.capacity = kBytes, l.packet_bytes = kPacket, l.id_bits = 8, l.pixels = 640;
         ASSERT_TRUE(assembler.reset(l, &got));
-        parser.reset(&assembler, true);
+        parser.reset(&assembler, PacketFraming::whole);
         for (int n = 0; n < 40; ++n) {
             Bytes f(kBytes);
             for (int i = 0; i < kBytes; ++i) f[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i * 7 + n);
@@ -232,7 +250,7 @@ TEST(PrimeSenseFrames, PaddingLossAndBrokenTransfers) {
     l.capacity = 4000, l.pixels = 1000, l.padded = true;
     ASSERT_TRUE(assembler.reset(l, &got));
     PacketParser parser;
-    parser.reset(&assembler, false);
+    parser.reset(&assembler, PacketFraming::stream);
     int id = 65530;
     std::vector<std::vector<Bytes>> frames;
     Bytes data(3000);
