@@ -2,31 +2,45 @@
 #include "platform/usb/frame_decoder.h"
 
 #include <algorithm>
-#include <cstring>
-
-#include "platform/usb/bytes.h"
+#include <new>
 
 namespace burin {
 namespace {
 
-int packed_bits(WireFormat format) {
-    return format == WireFormat::packed10   ? 10
-           : format == WireFormat::packed11 ? 11
-           : format == WireFormat::packed12 ? 12
-                                            : 16;
-}
+// Infrared of the depth camera has up to 8 rows that nobody wants (sensor_stream.cpp).
+constexpr int kExtraRows = 8;
 
-void unpack_bits(const std::uint8_t* in, int bits, int n, std::uint16_t* out) {
-    std::uint32_t acc = 0;
-    int have = 0;
-    for (int i = 0; i < n; ++i) {
-        while (have < bits) acc = acc << 8 | *in++, have += 8;
-        have -= bits;
-        out[i] = static_cast<std::uint16_t>(acc >> have & ((1u << bits) - 1));
+simd::Packing packing_of(WireFormat format) {
+    switch (format) {
+        case WireFormat::packed10:
+            return simd::Packing::msb10;
+        case WireFormat::packed11:
+            return simd::Packing::msb11;
+        case WireFormat::packed12:
+            return simd::Packing::msb12;
+        default:
+            return simd::Packing::le16;
     }
 }
 
+std::size_t bytes_of(const RawFrame& frame) { return static_cast<std::size_t>(frame.bytes); }
+
 }  // namespace
+
+bool FrameDecoder::reset(StreamKind kind, const SensorMode& mode, const std::uint16_t* table,
+                         bool any_depth_format) {
+    kind_ = kind, mode_ = mode, table_ = table, any_ = any_depth_format;
+    if (kind != StreamKind::colour) return true;
+    if (mode.format == WireFormat::bayer && !demosaic_) {
+        demosaic_.reset(new (std::nothrow) Demosaic);
+        return demosaic_ != nullptr;
+    }
+    if (mode.format == WireFormat::ps_yuv && !uyvy_) {
+        uyvy_.reset(new (std::nothrow) std::uint8_t[static_cast<std::size_t>(2 * mode.width * mode.height)]);
+        return uyvy_ != nullptr;
+    }
+    return true;
+}
 
 WireFormat FrameDecoder::format_of(const RawFrame& frame) const {
     if (!any_ || kind_ != StreamKind::depth) return mode_.format;
@@ -37,44 +51,55 @@ WireFormat FrameDecoder::format_of(const RawFrame& frame) const {
     return mode_.format;
 }
 
-bool FrameDecoder::decode_depth(const RawFrame& frame, std::uint16_t* image) const {
+bool FrameDecoder::decode_depth(const RawFrame& frame, std::uint16_t* image) {
     const int all = mode_.width * mode_.height;
-    const int before = frame.pad_before, sent = all - frame.pad_before - frame.pad_after;
     const WireFormat format = format_of(frame);
-    int have = sent;
-    bool whole = true;
-    std::uint16_t* out = image + before;
     if (format == WireFormat::ps_depth) {
-        return false;
-    } else {
-        const int bits = packed_bits(format);
-        whole = frame.bytes == wire_bytes(format, sent);
-        if (!whole) have = std::min<std::int64_t>(sent, std::int64_t{frame.bytes} * 8 / bits);
-        if (format == WireFormat::shift16)
-            for (int i = 0; i < have; ++i) out[i] = le16(frame.data + 2 * i);
-        else
-            unpack_bits(frame.data, bits, have, out);
+        compressed_.begin(image, static_cast<std::size_t>(all), static_cast<std::size_t>(frame.pad_before),
+                          static_cast<std::size_t>(frame.pad_after), table_, kShifts);
+        compressed_.feed(frame.data, bytes_of(frame));
+        return compressed_.end().whole();
     }
-    for (int i = 0; i < have; ++i) out[i] = table_[std::min<int>(out[i], kShifts - 1)];
+    const int sent = all - frame.pad_before - frame.pad_after;
+    std::uint16_t* out = image + frame.pad_before;
+    const int came = simd::unpack_table(packing_of(format), frame.data, bytes_of(frame), sent, table_, kShifts, out);
     std::fill(image, out, std::uint16_t{0});
-    std::fill(out + have, image + all, std::uint16_t{0});
-    return whole;
+    std::fill(out + came, image + all, std::uint16_t{0});
+    return frame.bytes == wire_bytes(format, sent);
 }
 
 bool FrameDecoder::decode_infrared(const RawFrame& frame, std::uint16_t* image) const {
     const int all = mode_.width * mode_.height;
-    // With the extra rows or without.
-    const bool whole = frame.bytes == wire_bytes(mode_.format, all) ||
-                       frame.bytes == wire_bytes(mode_.format, all + 8 * mode_.width);
-    const int have = std::min<int>(all, static_cast<int>(std::int64_t{frame.bytes} * 8 / 10));
-    unpack_bits(frame.data, 10, have, image);
-    std::fill(image + have, image + all, std::uint16_t{0});
+    const int came = simd::unpack(packing_of(mode_.format), frame.data, bytes_of(frame), all, image);
+    std::fill(image + came, image + all, std::uint16_t{0});
+    return frame.bytes == wire_bytes(mode_.format, all) ||
+           frame.bytes == wire_bytes(mode_.format, all + kExtraRows * mode_.width);
+}
+
+bool FrameDecoder::decode_colour(const RawFrame& frame, std::uint8_t* image) {
+    const int pixels = mode_.width * mode_.height, bytes = 2 * pixels;
+    const std::uint8_t* data = frame.data;
+    int have = std::min(frame.bytes, bytes);
+    bool whole = frame.bytes == wire_bytes(mode_.format, pixels);
+    if (mode_.format == WireFormat::bayer) {
+        demosaic_->run({BayerOrder::grbg, simd::Packing::u8, 8}, {data, bytes_of(frame), 0},
+                       View<std::uint8_t>{image, mode_.width, mode_.height, 3 * mode_.width, 3});
+        return whole;
+    }
+    if (mode_.format == WireFormat::ps_yuv) {
+        have = decode_ps_yuv(data, frame.bytes, 2 * mode_.width, uyvy_.get(), bytes);
+        whole = have == bytes;
+        data = uyvy_.get();
+    }
+    // Nothing there is black: Y 16, chroma 128.
+    auto* words = reinterpret_cast<std::uint16_t*>(image);
+    const simd::Packing order = mode_.format == WireFormat::yuyv ? simd::Packing::le16 : simd::Packing::be16;
+    const int came = simd::unpack(order, data, static_cast<std::size_t>(have), pixels, words);
+    for (int i = 2 * came; i < bytes; ++i) image[i] = i % 2 == 0 ? 16 : 128;
     return whole;
 }
 
-bool FrameDecoder::decode_colour(const RawFrame&, std::uint8_t*) const { return false; }
-
-bool FrameDecoder::decode(const RawFrame& frame, std::uint8_t* image) const {
+bool FrameDecoder::decode(const RawFrame& frame, std::uint8_t* image) {
     switch (kind_) {
         case StreamKind::depth:
             return decode_depth(frame, reinterpret_cast<std::uint16_t*>(image));

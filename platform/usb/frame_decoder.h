@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
+#include "capture/demosaic.h"
+#include "capture/ps_compressed.h"
 #include "platform/usb/depth_geometry.h"
 #include "platform/usb/frame_assembler.h"
 #include "platform/usb/sensor_modes.h"
@@ -14,27 +17,34 @@ class FrameDecoder {
   public:
     // Depth is looked up in `table` (kShifts entries), which must live as long as this. any_depth_format: the
     // size of a frame says its format, whatever was agreed (Astra).
-    void reset(StreamKind kind, const SensorMode& mode, const std::uint16_t* table, bool any_depth_format) {
-        kind_ = kind, mode_ = mode, table_ = table, any_ = any_depth_format;
+    // False: no memory. Allocates; decode() does not.
+    bool reset(StreamKind kind, const SensorMode& mode, const std::uint16_t* table, bool any_depth_format);
+
+    // What colour becomes: RGB of a mosaic, else YUYV, which is the sensor's own bytes.
+    static PixelFormat colour_format(WireFormat wire) {
+        return wire == WireFormat::bayer ? PixelFormat::rgb8 : PixelFormat::yuyv;
     }
 
-    // Writes the whole image, rows packed: depth u16 in millimetres, infrared u16 (10 bits), colour RGB. What
-    // is missing is 0. False: the frame has not the size that its format demands (the image is written as far
+    // Writes the whole image, rows packed: depth u16 in millimetres, infrared u16 (10 bits), colour as
+    // colour_format() says. What is missing is 0. False: the frame has not the size that its format demands (the image is written as far
     // as it goes). Never reads beyond frame.bytes + kRawMargin.
-    bool decode(const RawFrame& frame, std::uint8_t* image) const;
+    bool decode(const RawFrame& frame, std::uint8_t* image);
 
     // The format that frame is in.
     WireFormat format_of(const RawFrame& frame) const;
 
   private:
-    bool decode_depth(const RawFrame& frame, std::uint16_t* image) const;
+    bool decode_depth(const RawFrame& frame, std::uint16_t* image);
     bool decode_infrared(const RawFrame& frame, std::uint16_t* image) const;
-    bool decode_colour(const RawFrame& frame, std::uint8_t* image) const;
+    bool decode_colour(const RawFrame& frame, std::uint8_t* image);
 
     StreamKind kind_ = StreamKind::depth;
     SensorMode mode_;
     const std::uint16_t* table_ = nullptr;
     bool any_ = false;
+    PsCompressed compressed_;
+    std::unique_ptr<Demosaic> demosaic_;
+    std::unique_ptr<std::uint8_t[]> uyvy_;  // of ps-yuv
 };
 
 // Undoes PrimeSense's colour compression: rows of U Y V Y as nibbles, high one first. 0..C: difference -6..+6

@@ -8,6 +8,10 @@
 
 #include "capture/monotonic.h"
 
+#if !defined(LIBUSB_API_VERSION) || LIBUSB_API_VERSION < 0x01000107
+#error "libusb 1.0.23 or newer is needed: libusb_wrap_sys_device"
+#endif
+
 namespace burin {
 namespace {
 
@@ -53,12 +57,14 @@ void place_of(libusb_device* device, char* text, int size) {
 
 Status libusb_begin(libusb_context** context, bool wraps_descriptor) {
     int code = libusb_init(context);
-#if defined(LIBUSB_API_VERSION) && LIBUSB_API_VERSION >= 0x01000108
+#if LIBUSB_API_VERSION >= 0x01000108
     if (code != 0 && wraps_descriptor) {
         // Android lets nobody look for devices; the descriptor is all there is.
         libusb_set_option(nullptr, LIBUSB_OPTION_NO_DEVICE_DISCOVERY);
         code = libusb_init(context);
     }
+#else
+    (void)wraps_descriptor;
 #endif
     if (code != 0) return Status::error(Code::io, "usb: libusb cannot begin: %s", libusb_error_name(code));
     return {};

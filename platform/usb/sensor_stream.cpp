@@ -97,7 +97,6 @@ Status UsbSensor::start(SourceSink* sink) {
                                     : wire_bytes(s.mode_.format, wire_pixels);
             layout.padded = depth && firmware_at_least(5, 1, 0);
         }
-        s.decoder_.reset(s.kind_, s.mode_, depth_table_, model_.formats_as_they_come);
         s.parser_.reset(&s.assembler_, kinect                     ? PacketFraming::whole
                                        : s.endpoint_.isochronous ? PacketFraming::datagrams
                                                                  : PacketFraming::stream);
@@ -105,7 +104,8 @@ Status UsbSensor::start(SourceSink* sink) {
         s.last_device_ns_ = s.last_log_ns_ = 0;
         s.any_stamp_ = s.gap_ = s.told_format_ = false;
         s.untimed_ = s.unlogged_ = 0;
-        if (!s.assembler_.reset(layout, &s))
+        if (!s.assembler_.reset(layout, &s) ||
+            !s.decoder_.reset(s.kind_, s.mode_, depth_table_, model_.formats_as_they_come))
             begun = Status::error(Code::insufficient_memory, "%s: no memory for frames of %s", name_,
                                   stream_name(s.kind_));
         // Transfers first: the first packets come with the last parameter.

@@ -200,7 +200,7 @@ void UsbSensor::describe(SensorStream& stream, StreamInfo* info) {
             break;
         case StreamKind::colour:
             s.pixels = StreamPixels::colour;
-            s.colour_format = PixelFormat::rgb8;
+            s.colour_format = FrameDecoder::colour_format(m.format);
             s.camera = scaled(colour_camera_, m.width, m.height);
             s.calibrated = colour_fitted_;
             if (!wishes_.registered) s.T_stream_depth = T_colour_depth_;
