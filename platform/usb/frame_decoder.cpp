@@ -31,13 +31,13 @@ bool FrameDecoder::reset(StreamKind kind, const SensorMode& mode, const std::uin
                          bool any_depth_format) {
     kind_ = kind, mode_ = mode, table_ = table, any_ = any_depth_format;
     if (kind != StreamKind::colour) return true;
-    if (mode.format == WireFormat::bayer && !demosaic_) {
+    if (colour_format(mode.format) == PixelFormat::rgb8 && !demosaic_) {
         demosaic_.reset(new (std::nothrow) Demosaic);
-        return demosaic_ != nullptr;
+        if (!demosaic_) return false;
     }
-    if (mode.format == WireFormat::ps_yuv && !uyvy_) {
-        uyvy_.reset(new (std::nothrow) std::uint8_t[static_cast<std::size_t>(2 * mode.width * mode.height)]);
-        return uyvy_ != nullptr;
+    if (wire_compressed(mode.format) && !plain_) {
+        plain_.reset(new (std::nothrow) std::uint8_t[static_cast<std::size_t>(2 * mode.width * mode.height)]);
+        if (!plain_) return false;
     }
     return true;
 }
@@ -77,19 +77,22 @@ bool FrameDecoder::decode_infrared(const RawFrame& frame, std::uint16_t* image) 
 }
 
 bool FrameDecoder::decode_colour(const RawFrame& frame, std::uint8_t* image) {
-    const int pixels = mode_.width * mode_.height, bytes = 2 * pixels;
+    const bool mosaic = colour_format(mode_.format) == PixelFormat::rgb8;
+    const int pixels = mode_.width * mode_.height, row_bytes = mosaic ? mode_.width : 2 * mode_.width;
+    const int bytes = row_bytes * mode_.height;
     const std::uint8_t* data = frame.data;
     int have = std::min(frame.bytes, bytes);
-    bool whole = frame.bytes == wire_bytes(mode_.format, pixels);
-    if (mode_.format == WireFormat::bayer) {
-        demosaic_->run({BayerOrder::grbg, simd::Packing::u8, 8}, {data, bytes_of(frame), 0},
+    bool whole = frame.bytes == bytes;
+    if (wire_compressed(mode_.format)) {
+        have = decode_ps_colour(mosaic ? PsColour::mosaic : PsColour::yuv, data, frame.bytes, row_bytes,
+                                plain_.get(), bytes);
+        whole = have == bytes;
+        data = plain_.get();
+    }
+    if (mosaic) {
+        demosaic_->run({BayerOrder::grbg, simd::Packing::u8, 8}, {data, static_cast<std::size_t>(have), 0},
                        View<std::uint8_t>{image, mode_.width, mode_.height, 3 * mode_.width, 3});
         return whole;
-    }
-    if (mode_.format == WireFormat::ps_yuv) {
-        have = decode_ps_yuv(data, frame.bytes, 2 * mode_.width, uyvy_.get(), bytes);
-        whole = have == bytes;
-        data = uyvy_.get();
     }
     // Nothing there is black: Y 16, chroma 128.
     auto* words = reinterpret_cast<std::uint16_t*>(image);
@@ -110,18 +113,18 @@ bool FrameDecoder::decode(const RawFrame& frame, std::uint8_t* image) {
     }
 }
 
-int decode_ps_yuv(const std::uint8_t* data, int bytes, int row_bytes, std::uint8_t* uyvy, int capacity) {
-    std::uint8_t last[3] = {};  // U, Y, V
-    constexpr int kChannel[4] = {0, 1, 2, 1};
-    const auto nibble = [&](std::int64_t at) {
-        return at & 1 ? data[at / 2] & 15 : data[at / 2] >> 4;
-    };
+int decode_ps_colour(PsColour kind, const std::uint8_t* data, int bytes, int row_bytes, std::uint8_t* out,
+                     int capacity) {
+    constexpr int kYuv[4] = {0, 1, 2, 1}, kMosaic[4] = {0, 1, 0, 1};
+    const int* channel = kind == PsColour::yuv ? kYuv : kMosaic;
+    std::uint8_t last[3] = {};
+    const auto nibble = [&](std::int64_t at) { return at & 1 ? data[at / 2] & 15 : data[at / 2] >> 4; };
     const std::int64_t nibbles = std::int64_t{2} * bytes;
     int written = 0, column = 0;
     for (std::int64_t at = 0; at < nibbles && written < capacity;) {
         const int code = nibble(at++);
         if (code == 13 || code == 14) continue;
-        std::uint8_t& value = last[kChannel[column & 3]];
+        std::uint8_t& value = last[channel[column & 3]];
         if (code == 15) {
             if (at + 2 > nibbles) break;
             value = static_cast<std::uint8_t>(nibble(at) << 4 | nibble(at + 1));
@@ -129,7 +132,7 @@ int decode_ps_yuv(const std::uint8_t* data, int bytes, int row_bytes, std::uint8
         } else {
             value = static_cast<std::uint8_t>(value + code - 6);
         }
-        uyvy[written++] = value;
+        out[written++] = value;
         if (++column == row_bytes) {
             column = 0;
             last[0] = last[1] = last[2] = 0;

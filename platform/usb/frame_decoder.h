@@ -22,7 +22,8 @@ class FrameDecoder {
 
     // What colour becomes: RGB of a mosaic, else YUYV, which is the sensor's own bytes.
     static PixelFormat colour_format(WireFormat wire) {
-        return wire == WireFormat::bayer ? PixelFormat::rgb8 : PixelFormat::yuyv;
+        return wire == WireFormat::bayer || wire == WireFormat::ps_bayer ? PixelFormat::rgb8
+                                                                         : PixelFormat::yuyv;
     }
 
     // Writes the whole image, rows packed: depth u16 in millimetres, infrared u16 (10 bits), colour as
@@ -44,12 +45,15 @@ class FrameDecoder {
     bool any_ = false;
     PsCompressed compressed_;
     std::unique_ptr<Demosaic> demosaic_;
-    std::unique_ptr<std::uint8_t[]> uyvy_;  // of ps-yuv
+    std::unique_ptr<std::uint8_t[]> plain_;  // of compressed colour
 };
 
-// Undoes PrimeSense's colour compression: rows of U Y V Y as nibbles, high one first. 0..C: difference -6..+6
-// to the value before in its channel; D: nothing; F and two nibbles: the value. Every row begins at 0.
-// (OpenNI2, Uncomp.cpp.) Returns the bytes written, at most `capacity`.
-int decode_ps_yuv(const std::uint8_t* data, int bytes, int row_bytes, std::uint8_t* uyvy, int capacity);
+// Undoes PrimeSense's compression of colour bytes: rows of nibbles, high one first. 0..C: difference -6..+6 to
+// the value before in its channel; D: nothing; F and two nibbles: the value. Every row begins at 0. Channels: U
+// Y V Y, or of a mosaic every other pixel. (OpenNI2, Uncomp.cpp.) Returns the bytes written, at most
+// `capacity`.
+enum class PsColour { yuv, mosaic };
+int decode_ps_colour(PsColour kind, const std::uint8_t* data, int bytes, int row_bytes, std::uint8_t* out,
+                     int capacity);
 
 }  // namespace burin

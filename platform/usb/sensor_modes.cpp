@@ -20,12 +20,12 @@ constexpr int kResolutionCount = 5;
 
 const char* wire_name(WireFormat format) {
     constexpr const char* kNames[] = {"shift16", "ps-depth", "packed10", "packed11", "packed12",
-                                      "GRBG",    "UYVY",     "YUYV",     "ps-yuv"};
+                                      "GRBG",    "UYVY",     "YUYV",     "ps-yuv",   "ps-GRBG"};
     return kNames[static_cast<int>(format)];
 }
 
 bool wire_compressed(WireFormat format) {
-    return format == WireFormat::ps_depth || format == WireFormat::ps_yuv;
+    return format >= WireFormat::ps_yuv || format == WireFormat::ps_depth;
 }
 
 int wire_bytes(WireFormat format, int pixels) {
@@ -42,6 +42,8 @@ int wire_bytes(WireFormat format, int pixels) {
             return (pixels * 5 + 1) / 2 + 1;
         case WireFormat::ps_yuv:  // three nibbles a byte
             return pixels * 3 + 1;
+        case WireFormat::ps_bayer:
+            return pixels * 3 / 2 + 1;
         default:
             return pixels * 2;
     }
@@ -100,7 +102,7 @@ ModeList primesense_modes(StreamKind kind, bool isochronous) {
         };
         if (isochronous) both(WireFormat::uyvy, 5);
         both(WireFormat::ps_yuv, 1);
-        list.add(WireFormat::bayer, 0, kSxga, 30);
+        list.add(WireFormat::ps_bayer, 0, kSxga, 30);
     } else if (kind == StreamKind::infrared) {
         list.add(WireFormat::packed10, 0, kVga, 30);
         list.add(WireFormat::packed10, 0, kQvga, 60);
@@ -115,7 +117,11 @@ ModeList parse_colour_presets(const std::uint8_t* data, int bytes) {
     constexpr struct {
         int code;
         WireFormat format;
-    } kFormats[] = {{5, WireFormat::uyvy}, {7, WireFormat::yuyv}, {1, WireFormat::ps_yuv}, {0, WireFormat::bayer}};
+    } kFormats[] = {{5, WireFormat::uyvy},
+                    {7, WireFormat::yuyv},
+                    {6, WireFormat::bayer},
+                    {1, WireFormat::ps_yuv},
+                    {0, WireFormat::ps_bayer}};
     ModeList list;
     for (const auto& f : kFormats)
         for (const bool vga : {true, false})

@@ -19,7 +19,8 @@ enum class WireFormat : std::uint8_t {
     bayer,   // colour: a byte a pixel, G R over B G
     uyvy,    // colour
     yuyv,    // colour
-    ps_yuv,  // colour: UYVY as nibble differences
+    ps_yuv,    // colour: UYVY as nibble differences
+    ps_bayer,  // colour: a mosaic as nibble differences
 };
 const char* wire_name(WireFormat format);
 // Bytes of that many pixels; of a compressed format the most there can be.
