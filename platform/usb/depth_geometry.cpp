@@ -60,7 +60,7 @@ int shift_depth_mm(const DepthGeometry& g, int factor, int shift) {
     const double x =
         ((shift - kSteps * g.const_shift / factor) / kSteps - kOffset) * g.pixel_cm * factor;
     const double z = kMm * (x * g.reference_cm / (g.emitter_cm - x) + g.reference_cm);
-    return z > 0 && z < kMaxDepth_mm ? static_cast<int>(z) : 0;
+    return shift > 0 && z > 0 && z < kMaxDepth_mm ? static_cast<int>(z) : 0;
 }
 
 void build_depth_table(const DepthGeometry& geometry, int factor, std::uint16_t table[kShifts]) {

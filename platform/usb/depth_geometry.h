@@ -29,7 +29,7 @@ Status parse_fixed_params(const std::uint8_t* data, int bytes, const char* name,
 // The reply to Opcode::algorithm_params with id 0. Error: format, as above.
 Status parse_const_shift(const std::uint8_t* data, int bytes, const char* name, DepthGeometry* geometry);
 
-// Shifts are below this; the highest one means "no depth". OpenNI2, libfreenect.
+// Shifts are below this; the highest one and 0 mean "no depth". OpenNI2; libfreenect has a depth for 0.
 inline constexpr int kShifts = 2048;
 // The devices' own cut-off (OpenNI2, XN_DEVICE_SENSOR_MAX_DEPTH_1_MM; libfreenect has the same).
 inline constexpr int kMaxDepth_mm = 10000;

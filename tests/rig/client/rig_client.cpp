@@ -39,6 +39,7 @@ constexpr char kUsage[] =
     "    --imu N              at least N samples, all of --imu-is X,Y,Z (m/s2, within 0.01)\n"
     "    --cycles N           opens, streams FRAMES and closes N times, and looks at memory\n"
     "    --fd PATH            hands over an open descriptor of PATH instead of letting the back end open it\n"
+    "    --uid N              as this user\n"
     "    --timeout S          for one frame; default 10\n"
     "    --plain              no pattern in it\n"
     "    --log                log lines of the source on stderr\n";
@@ -360,6 +361,8 @@ bool parse(int argc, char** argv, Wanted* w) {
             w->cycles = std::max(1, std::atoi(v));
         } else if (a == "--fd") {
             w->fd_path = v;
+        } else if (a == "--uid") {
+            if (::setuid(static_cast<uid_t>(std::atoi(v))) != 0) return false;
         } else if (a == "--timeout") {
             w->timeout_s = std::atof(v);
         } else {
