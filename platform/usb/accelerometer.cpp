@@ -35,7 +35,7 @@ void Accelerometer::start(UsbIo* motor, SourceSink* sink) {
 }
 
 void Accelerometer::stop() {
-    if (motor_) motor_->close_pipes();
+    if (motor_) (void)motor_->close_pipes();
     motor_ = nullptr;
 }
 

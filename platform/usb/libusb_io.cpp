@@ -353,8 +353,8 @@ bool LibusbIo::all_landed() {
     return std::none_of(transfers_, transfers_ + count_, [](const Transfer& t) { return t.flying; });
 }
 
-void LibusbIo::close_pipes() {
-    if (count_ == 0) return;
+int LibusbIo::close_pipes() {
+    if (count_ == 0) return 0;
     {
         const std::lock_guard lock(mutex_);
         closing_ = true;
@@ -367,11 +367,13 @@ void LibusbIo::close_pipes() {
         timeval wait = {0, 10'000};
         libusb_handle_events_timeout(context_, &wait);
     }
+    int left = 0;
     for (int i = 0; i < count_; ++i) {
         Transfer& t = transfers_[i];
         // One that the kernel does not give back still writes into its memory: both are left behind.
         if (t.flying) {
             t.usb->user_data = nullptr;
+            ++left;
             continue;
         }
         libusb_free_transfer(t.usb);
@@ -381,6 +383,7 @@ void LibusbIo::close_pipes() {
     count_ = 0;
     pool_bytes_ = 0;
     failed_ = false;
+    return left;
 }
 
 bool LibusbIo::read_later(std::uint8_t request, int length, UsbReceiver* receiver) {

@@ -40,7 +40,7 @@ class LibusbIo final : public UsbIo {
     bool endpoint(int alternate, std::uint8_t address, UsbEndpoint* found) override;
     Status select_alternate(int alternate) override;
     Status open_pipe(const UsbEndpoint& endpoint, UsbReceiver* receiver) override;
-    void close_pipes() override;
+    int close_pipes() override;
     Status pump(std::int64_t deadline_ns) override;
     bool read_later(std::uint8_t request, int length, UsbReceiver* receiver) override;
 

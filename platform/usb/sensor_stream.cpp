@@ -143,7 +143,8 @@ Status UsbSensor::stop() {
             stopped = channel_.set_param(s.kind_ == StreamKind::depth ? kStream1 : kStream0, kOff);
         s.on_ = false;
     }
-    camera_->close_pipes();
+    const int left = camera_->close_pipes();
+    if (left > 0) sink_->log(LogLevel::warning, "%s: the system has not given back %d transfers", name_, left);
     return stopped.code() == Code::disconnected ? Status() : stopped;
 }
 

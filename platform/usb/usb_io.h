@@ -50,8 +50,9 @@ class UsbIo {
 
     // Allocates a fixed pool of transfers and submits them all; they go round until close_pipes().
     virtual Status open_pipe(const UsbEndpoint& endpoint, UsbReceiver* receiver) = 0;
-    // Cancels and frees all transfers. Nothing is received after it.
-    virtual void close_pipes() = 0;
+    // Cancels and frees all transfers. Nothing is received after it. Returns how many the system did not give
+    // back within a second: their memory is left to it.
+    virtual int close_pipes() = 0;
 
     // Hands over what has come in, waits for something until deadline_ns (CLOCK_MONOTONIC). disconnected:
     // unplugged. io: transfers cannot be submitted any more.

@@ -140,10 +140,11 @@ struct UsbScript final : UsbIo {
         ++pipes, ++opened;
         return {};
     }
-    void close_pipes() override {
+    int close_pipes() override {
         closed += pipes;
         pipes = 0;
         receivers_.clear();
+        return 0;
     }
     Status pump(std::int64_t) override {
         if (!plugged) return Status::error(Code::disconnected, "script is unplugged");

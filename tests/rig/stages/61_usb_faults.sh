@@ -1,26 +1,16 @@
-# Faults of USB sensors: each has its own status, and what can be survived is.
-plug rig_kinect
-tell at 12 unplug 700
-check usb.kinect.replug rig_client usb: 30 --reconnects 1 --damaged 3 --log
-tell lost_iso 2
-check usb.kinect.lost_iso rig_client usb: 12 --damaged 8 --damaged-at-least 1 --log
-tell lost_packet 3
-check usb.kinect.lost_packet rig_client usb: 12 --damaged 8 --damaged-at-least 1 --log
-tell short_packet 2
-check usb.kinect.short_packet rig_client usb: 12 --damaged 4 --damaged-at-least 1 --log
-tell corrupt_magic 2
-check usb.kinect.corrupt_magic rig_client usb: 12 --damaged 4 --damaged-at-least 1 --log
-tell corrupt_type 2 123
-check usb.kinect.corrupt_type rig_client usb: 12 --damaged 4 --damaged-at-least 1 --log
-tell corrupt_number 2
-check usb.kinect.corrupt_number rig_client usb: 12 --damaged 8 --damaged-at-least 1 --log
-tell short_frame 2
-check usb.kinect.short_frame rig_client usb: 12 --damaged 6 --damaged-at-least 1 --log
-tell long_frame 2
-check usb.kinect.long_frame rig_client usb: 12 --damaged 6 --damaged-at-least 1 --log
-tell silent always
-check usb.kinect.silent rig_client usb: 5 --fails timeout --log
+# Faults of USB sensors: what can be survived is, and each has its own status.
+plug rig_kinect -f "at 6 unplug 700"
+check usb.kinect.replug rig_client usb: 20 --reconnects 1 --damaged 3 --log
+plug rig_kinect -f "at 3 lost_iso 2" -f "at 6 lost_packet 3" -f "at 9 corrupt_magic" -f "at 12 corrupt_type 1 123"
+check usb.kinect.lost_packets rig_client usb: 16 --damaged 16 --damaged-at-least 4 --log
+plug rig_kinect -f "at 3 short_packet" -f "at 6 runt_packet 1 5" -f "at 9 corrupt_number" -f "at 12 empty_iso 3"
+check usb.kinect.bad_packets rig_client usb: 16 --damaged 16 --damaged-at-least 4 --log
+plug rig_kinect -f "at 3 short_frame" -f "at 6 long_frame"
+check usb.kinect.bad_frames rig_client usb: 12 --damaged 8 --damaged-at-least 2 --log
+plug rig_kinect -f "at 4 silent always"
+check usb.kinect.silent rig_client usb: 20 --fails timeout --log
 tell clear
+check usb.kinect.well_again rig_client usb: 5
 tell silent_control always
 check usb.kinect.silent_control rig_client usb: 5 --fails timeout
 tell clear
@@ -45,39 +35,23 @@ tell clear
 tell error_code always 2
 check usb.kinect.error_code rig_client usb: 5 --fails unsupported
 tell clear
+chmod 755 /
 check usb.kinect.denied rig_client usb: 5 --fails denied --uid 65534
-check usb.kinect.well_again rig_client usb: 5
-plug rig_kinect --calibration zero
-check usb.kinect.zero rig_client usb: 5 --fails format
-plug rig_kinect --calibration nan
-check usb.kinect.nan rig_client usb: 5 --fails format
-plug rig_kinect --calibration negative
-check usb.kinect.negative rig_client usb: 5 --fails format
-plug rig_kinect --calibration huge
-check usb.kinect.huge rig_client usb: 5 --fails format
-plug rig_ps1080
-tell at 12 unplug 700
-check usb.ps1080.replug rig_client usb: 30 --reconnects 1 --damaged 3 --log
-tell bulk_error 2
-check usb.ps1080.bulk_error rig_client usb: 12 --damaged 8 --damaged-at-least 1 --log
-tell bulk_stall 1
+for calibration in zero nan negative; do
+    plug rig_kinect --calibration $calibration
+    check usb.kinect.absurd rig_client usb: 5 --fails format
+done
+plug rig_ps1080 -f "at 6 unplug 700"
+check usb.ps1080.replug rig_client usb: 20 --reconnects 1 --damaged 3 --log
+plug rig_ps1080 -f "at 3 bulk_error" -f "at 6 corrupt_size 1 9999" -f "at 9 short_packet" -f "at 12 corrupt_number"
+check usb.ps1080.bad_packets rig_client usb: 16 --damaged 16 --damaged-at-least 4 --log
+plug rig_ps1080 -f "at 3 corrupt_padding 300" -f "at 9 long_frame" -f "at 12 short_frame"
+check usb.ps1080.bad_frames rig_client usb: 16 --damaged 16 --damaged-at-least 3 --log
+plug rig_ps1080 -f "at 5 bulk_stall"
 check usb.ps1080.bulk_stall rig_client usb: 12 --damaged 8 --restarts 1 --log
-tell corrupt_size 2 9999
-check usb.ps1080.corrupt_size rig_client usb: 12 --damaged 8 --damaged-at-least 1 --log
-tell corrupt_padding 2
-check usb.ps1080.corrupt_padding rig_client usb: 12 --damaged 4 --log
-tell short_packet 2
-check usb.ps1080.short_packet rig_client usb: 12 --damaged 8 --damaged-at-least 1 --log
-tell lost_iso 2
-check usb.ps1080.lost_iso rig_client usb:,iso 12 --damaged 8 --damaged-at-least 1 --log
-tell short_packet 2
-check usb.ps1080.iso_short rig_client usb:,iso 12 --damaged 8 --damaged-at-least 1 --log
+plug rig_ps1080 -f "at 3 lost_iso 2" -f "at 6 short_packet" -f "at 9 corrupt_magic"
+check usb.ps1080.iso_packets rig_client usb:,iso 14 --damaged 12 --damaged-at-least 3 --log
 tell silent_control always
 check usb.ps1080.silent_control rig_client usb: 5 --fails timeout
-tell clear
-check usb.ps1080.descriptor rig_client usb: 5 --fd $(ls /dev/bus/usb/001/* | tail -n 1)
-check usb.ps1080.cycles rig_client usb: 1 --cycles 20
-plug rig_ps1080 --calibration nan
-check usb.ps1080.nan rig_client usb: 5 --fails format
-plug rig_ps1080 --id 2bc5:0401
-check usb.astra rig_client usb:2bc5:0401 5
+plug rig_ps1080 --calibration huge
+check usb.ps1080.absurd rig_client usb: 5 --fails format
