@@ -47,7 +47,8 @@ Status Accelerometer::pump(std::int64_t now_ns) {
         stop();
         return {};
     }
-    if (now_ns >= next_ns_ && motor_->read_later(kReadState, kStateBytes, this)) next_ns_ = now_ns + kPeriod_ns;
+    if (now_ns >= next_ns_ && motor_->read_later(kReadState, kStateBytes, this))
+        next_ns_ = now_ns + kPeriod_ns;
     return {};
 }
 

@@ -29,8 +29,8 @@ Status error_of_code(const char* name, Opcode opcode, unsigned error) {
     return Status::error(unknown                   ? Code::unsupported
                          : error == kErrorNotReady ? Code::timeout
                                                    : Code::io,
-                         "%s: request %d was refused with error %u (%s)", name, static_cast<int>(opcode), error,
-                         text ? text : "unknown");
+                         "%s: request %d was refused with error %u (%s)", name, static_cast<int>(opcode),
+                         error, text ? text : "unknown");
 }
 
 }  // namespace
@@ -61,13 +61,14 @@ ReplyKind parse_reply(const std::uint8_t* bytes, int size, Opcode opcode, std::u
                       ControlReply* reply, Status* why) {
     const int op = static_cast<int>(opcode);
     if (size < kHeaderBytes + 2) {
-        *why = Status::error(Code::format, "%s: the reply to request %d has %d bytes, expected at least %d", name,
-                             op, size, kHeaderBytes + 2);
+        *why = Status::error(Code::format, "%s: the reply to request %d has %d bytes, expected at least %d",
+                             name, op, size, kHeaderBytes + 2);
         return ReplyKind::broken;
     }
     if (bytes[0] != 0x52 || bytes[1] != 0x42) {
-        *why = Status::error(Code::format, "%s: the reply to request %d begins with %02x %02x, expected 52 42",
-                             name, op, bytes[0], bytes[1]);
+        *why =
+            Status::error(Code::format, "%s: the reply to request %d begins with %02x %02x, expected 52 42",
+                          name, op, bytes[0], bytes[1]);
         return ReplyKind::broken;
     }
     if (le16(bytes + 6) != tag) {
@@ -76,13 +77,14 @@ ReplyKind parse_reply(const std::uint8_t* bytes, int size, Opcode opcode, std::u
         return ReplyKind::stale;
     }
     if (le16(bytes + 4) != op) {
-        *why = Status::error(Code::format, "%s: the reply to request %d is one to %u", name, op, le16(bytes + 4));
+        *why = Status::error(Code::format, "%s: the reply to request %d is one to %u", name, op,
+                             le16(bytes + 4));
         return ReplyKind::broken;
     }
     const int words = le16(bytes + 2);
     if (words < 1 || kHeaderBytes + 2 * words > size) {
-        *why = Status::error(Code::format, "%s: the reply to request %d claims %d words, %d bytes came", name, op,
-                             words, size);
+        *why = Status::error(Code::format, "%s: the reply to request %d claims %d words, %d bytes came", name,
+                             op, words, size);
         return ReplyKind::broken;
     }
     reply->error = le16(bytes + kHeaderBytes);
@@ -176,8 +178,8 @@ Status ControlChannel::get_param(std::uint16_t param, std::uint16_t* value) {
     int bytes = 0;
     BURIN_TRY(request(Opcode::get_param, &param, 1, data, 2, &bytes));
     if (bytes < 2)
-        return Status::error(Code::format, "%s: the value of parameter %u has %d bytes, expected 2", name_, param,
-                             bytes);
+        return Status::error(Code::format, "%s: the value of parameter %u has %d bytes, expected 2", name_,
+                             param, bytes);
     *value = le16(data);
     return {};
 }

@@ -14,15 +14,16 @@ constexpr double kSensorWidth = 1280;
 
 Status length(double value, double least, double most, const char* name, const char* what) {
     if (value >= least && value <= most) return {};
-    return Status::error(Code::format, "%s tells a %s of %g cm, expected %g..%g", name, what, value, least, most);
+    return Status::error(Code::format, "%s tells a %s of %g cm, expected %g..%g", name, what, value, least,
+                         most);
 }
 
 }  // namespace
 
 Status parse_fixed_params(const std::uint8_t* data, int bytes, const char* name, DepthGeometry* geometry) {
     if (bytes < kLengthsEnd)
-        return Status::error(Code::format, "%s: the fixed parameters have %d bytes, expected at least %d", name,
-                             bytes, kLengthsEnd);
+        return Status::error(Code::format, "%s: the fixed parameters have %d bytes, expected at least %d",
+                             name, bytes, kLengthsEnd);
     const auto at = [&](int i) { return static_cast<double>(le_float(data + kLengthsAt + 4 * i)); };
     // Kinect: 7.5, 2.3 or 2.5, 120, 0.1042 to 0.1057. A decade either way.
     BURIN_TRY(length(at(0), 0.75, 75, name, "distance to the projector"));
@@ -32,10 +33,11 @@ Status parse_fixed_params(const std::uint8_t* data, int bytes, const char* name,
     // 29 to 136 degrees across: else it was no pair of a distance and a pixel.
     const double focal = at(2) / at(3);
     if (!(focal > 0.2 * kSensorWidth && focal < 2 * kSensorWidth))
-        return Status::error(Code::format,
-                             "%s tells a reference distance of %g cm and a pixel of %g cm, expected their ratio "
-                             "within %g..%g",
-                             name, at(2), at(3), 0.2 * kSensorWidth, 2 * kSensorWidth);
+        return Status::error(
+            Code::format,
+            "%s tells a reference distance of %g cm and a pixel of %g cm, expected their ratio "
+            "within %g..%g",
+            name, at(2), at(3), 0.2 * kSensorWidth, 2 * kSensorWidth);
     geometry->emitter_cm = at(0);
     geometry->colour_cm = at(1);
     geometry->reference_cm = at(2);
@@ -57,8 +59,7 @@ Status parse_const_shift(const std::uint8_t* data, int bytes, const char* name, 
 int shift_depth_mm(const DepthGeometry& g, int factor, int shift) {
     // A shift counts quarters of a pixel; 0.375 is how far the pattern's correlation lies beside the pixel.
     constexpr double kSteps = 4, kOffset = 0.375, kMm = 10;
-    const double x =
-        ((shift - kSteps * g.const_shift / factor) / kSteps - kOffset) * g.pixel_cm * factor;
+    const double x = ((shift - kSteps * g.const_shift / factor) / kSteps - kOffset) * g.pixel_cm * factor;
     const double z = kMm * (x * g.reference_cm / (g.emitter_cm - x) + g.reference_cm);
     return shift > 0 && z > 0 && z < kMaxDepth_mm ? static_cast<int>(z) : 0;
 }

@@ -76,7 +76,7 @@ void FrameAssembler::skip_lost(int packets) {
 // A packet in a frame of packets of one size: is it where it belongs?
 void FrameAssembler::place(const PacketHeader& header) {
     const int whole = packets_per_frame();
-    const bool fits = header.first() ? index_ == 0
+    const bool fits = header.first()  ? index_ == 0
                       : header.last() ? index_ == whole - 1
                                       : index_ > 0 && index_ < whole - 1;
     if (!fits) {

@@ -84,15 +84,15 @@ class FrameAssembler final : public PacketSink {
     std::unique_ptr<std::uint8_t[]> buffer_;
     RawFrame frame_;
     PacketHeader packet_;
-    bool ours_ = false;      // the packet under way is of this stream and of a frame
+    bool ours_ = false;  // the packet under way is of this stream and of a frame
     bool in_frame_ = false;
     bool id_known_ = false;
-    bool synced_ = false;    // a first packet was seen; with packets of one size: and since then all fitted
-    bool gap_ = false;       // since the frame before
+    bool synced_ = false;  // a first packet was seen; with packets of one size: and since then all fitted
+    bool gap_ = false;     // since the frame before
     std::uint16_t next_id_ = 0;
-    int position_ = 0;       // bytes in the buffer
-    int index_ = 0;          // packets of this frame so far, with those lost
-    int limit_ = 0;          // where the packet under way has to end at the latest
+    int position_ = 0;  // bytes in the buffer
+    int index_ = 0;     // packets of this frame so far, with those lost
+    int limit_ = 0;     // where the packet under way has to end at the latest
     std::uint64_t garbage_ = 0;
 };
 

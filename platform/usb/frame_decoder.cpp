@@ -62,7 +62,8 @@ bool FrameDecoder::decode_depth(const RawFrame& frame, std::uint16_t* image) {
     }
     const int sent = all - frame.pad_before - frame.pad_after;
     std::uint16_t* out = image + frame.pad_before;
-    const int came = simd::unpack_table(packing_of(format), frame.data, bytes_of(frame), sent, table_, kShifts, out);
+    const int came =
+        simd::unpack_table(packing_of(format), frame.data, bytes_of(frame), sent, table_, kShifts, out);
     std::fill(image, out, std::uint16_t{0});
     std::fill(out + came, image + all, std::uint16_t{0});
     return frame.bytes == wire_bytes(format, sent);

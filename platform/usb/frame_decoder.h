@@ -27,8 +27,8 @@ class FrameDecoder {
     }
 
     // Writes the whole image, rows packed: depth u16 in millimetres, infrared u16 (10 bits), colour as
-    // colour_format() says. What is missing is 0. False: the frame has not the size that its format demands (the image is written as far
-    // as it goes). Never reads beyond frame.bytes + kRawMargin.
+    // colour_format() says. What is missing is 0. False: the frame has not the size that its format demands
+    // (the image is written as far as it goes). Never reads beyond frame.bytes + kRawMargin.
     bool decode(const RawFrame& frame, std::uint8_t* image);
 
     // The format that frame is in.
@@ -48,10 +48,10 @@ class FrameDecoder {
     std::unique_ptr<std::uint8_t[]> plain_;  // of compressed colour
 };
 
-// Undoes PrimeSense's compression of colour bytes: rows of nibbles, high one first. 0..C: difference -6..+6 to
-// the value before in its channel; D: nothing; F and two nibbles: the value. Every row begins at 0. Channels: U
-// Y V Y, or of a mosaic every other pixel. (OpenNI2, Uncomp.cpp.) Returns the bytes written, at most
-// `capacity`.
+// Undoes PrimeSense's compression of colour bytes: rows of nibbles, high one first. 0..C: difference -6..+6
+// to the value before in its channel; D: nothing; F and two nibbles: the value. Every row begins at 0.
+// Channels: U Y V Y, or of a mosaic every other pixel. (OpenNI2, Uncomp.cpp.) Returns the bytes written, at
+// most `capacity`.
 enum class PsColour { yuv, mosaic };
 int decode_ps_colour(PsColour kind, const std::uint8_t* data, int bytes, int row_bytes, std::uint8_t* out,
                      int capacity);

@@ -29,10 +29,11 @@ Status status_of_libusb(int code, const char* what) {
         case LIBUSB_ERROR_NOT_FOUND:
             return Status::error(Code::disconnected, "%s is unplugged", what);
         case LIBUSB_ERROR_ACCESS:
-            return Status::error(Code::denied,
-                                 "%s: no permission; install 60-burin.rules in /etc/udev/rules.d, run udevadm control "
-                                 "--reload and plug the device in again",
-                                 what);
+            return Status::error(
+                Code::denied,
+                "%s: no permission; install 60-burin.rules in /etc/udev/rules.d, run udevadm control "
+                "--reload and plug the device in again",
+                what);
         case LIBUSB_ERROR_BUSY:
             return Status::error(Code::busy, "%s is in use by another program", what);
         case LIBUSB_ERROR_NO_MEM:
@@ -52,7 +53,8 @@ void place_of(libusb_device* device, char* text, int size) {
     const int count = libusb_get_port_numbers(device, ports, sizeof ports);
     int used = std::snprintf(text, static_cast<std::size_t>(size), "%d", libusb_get_bus_number(device));
     for (int i = 0; i < count && used < size; ++i)
-        used += std::snprintf(text + used, static_cast<std::size_t>(size - used), "%c%d", i ? '.' : '-', ports[i]);
+        used += std::snprintf(text + used, static_cast<std::size_t>(size - used), "%c%d", i ? '.' : '-',
+                              ports[i]);
 }
 
 Status libusb_begin(libusb_context** context, bool wraps_descriptor) {
@@ -144,9 +146,9 @@ void LibusbIo::close() {
 int LibusbIo::control(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint8_t* data,
                       int length, int timeout_ms) {
     if (!handle_ || gone_) return kUsbGone;
-    const int moved = libusb_control_transfer(handle_, type, request, value, 0, data,
-                                              static_cast<std::uint16_t>(length),
-                                              static_cast<unsigned>(timeout_ms));
+    const int moved =
+        libusb_control_transfer(handle_, type, request, value, 0, data, static_cast<std::uint16_t>(length),
+                                static_cast<unsigned>(timeout_ms));
     switch (moved) {
         case LIBUSB_ERROR_TIMEOUT:
             return kUsbTimeout;
@@ -165,7 +167,8 @@ int LibusbIo::control(std::uint8_t type, std::uint8_t request, std::uint16_t val
 
 bool LibusbIo::endpoint(int alternate, std::uint8_t address, UsbEndpoint* found) {
     libusb_config_descriptor* config = nullptr;
-    if (!handle_ || libusb_get_active_config_descriptor(libusb_get_device(handle_), &config) != 0) return false;
+    if (!handle_ || libusb_get_active_config_descriptor(libusb_get_device(handle_), &config) != 0)
+        return false;
     bool any = false;
     for (int i = 0; i < config->bNumInterfaces; ++i)
         for (int a = 0; a < config->interface[i].num_altsetting; ++a) {
@@ -174,8 +177,8 @@ bool LibusbIo::endpoint(int alternate, std::uint8_t address, UsbEndpoint* found)
             for (int e = 0; e < setting.bNumEndpoints; ++e) {
                 const libusb_endpoint_descriptor& d = setting.endpoint[e];
                 const int type = d.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK;
-                if (d.bEndpointAddress != address || (type != LIBUSB_TRANSFER_TYPE_ISOCHRONOUS &&
-                                                      type != LIBUSB_TRANSFER_TYPE_BULK))
+                if (d.bEndpointAddress != address ||
+                    (type != LIBUSB_TRANSFER_TYPE_ISOCHRONOUS && type != LIBUSB_TRANSFER_TYPE_BULK))
                     continue;
                 found->address = address;
                 found->isochronous = type == LIBUSB_TRANSFER_TYPE_ISOCHRONOUS;
@@ -224,13 +227,14 @@ Status LibusbIo::open_pipe(const UsbEndpoint& endpoint, UsbReceiver* receiver) {
             delete[] t.memory;
             t = Transfer();
             close_pipes();
-            return Status::error(Code::insufficient_memory, "%s: no memory for %d transfers of %d bytes", name_,
-                                 kTransfers, size);
+            return Status::error(Code::insufficient_memory, "%s: no memory for %d transfers of %d bytes",
+                                 name_, kTransfers, size);
         }
         pool_bytes_ += static_cast<std::size_t>(size);
         ++count_;
         if (endpoint.isochronous) {
-            libusb_fill_iso_transfer(t.usb, handle_, endpoint.address, t.memory, size, packets, completed, &t, 0);
+            libusb_fill_iso_transfer(t.usb, handle_, endpoint.address, t.memory, size, packets, completed, &t,
+                                     0);
             libusb_set_iso_packet_lengths(t.usb, static_cast<unsigned>(endpoint.packet_bytes));
         } else {
             libusb_fill_bulk_transfer(t.usb, handle_, endpoint.address, t.memory, size, completed, &t, 0);

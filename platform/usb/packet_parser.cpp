@@ -16,10 +16,11 @@ constexpr int kMaxPacketBytes = 16384;
 
 // Of image data, one in 2^40 would pass.
 bool looks_like_header(const std::uint8_t* data, int length) {
-    if (length < kPacketHeaderBytes || data[0] != kMagic[0] || data[1] != kMagic[1] || data[2] != 0) return false;
+    if (length < kPacketHeaderBytes || data[0] != kMagic[0] || data[1] != kMagic[1] || data[2] != 0)
+        return false;
     const int place = data[3] & 0xf, stream = data[3] & 0xf0, size = be16(data + 6);
-    return (stream == 0x70 || stream == 0x80) && (place == 1 || place == 2 || place == 5) && size >= kPacketHeaderBytes &&
-           size <= kMaxPacketBytes;
+    return (stream == 0x70 || stream == 0x80) && (place == 1 || place == 2 || place == 5) &&
+           size >= kPacketHeaderBytes && size <= kMaxPacketBytes;
 }
 
 }  // namespace
@@ -47,8 +48,8 @@ int PacketParser::search(const std::uint8_t* data, int length) {
         sink_->garbage(1);
         return 0;
     }
-    const auto* at = static_cast<const std::uint8_t*>(
-        std::memchr(data, kMagic[0], static_cast<std::size_t>(length)));
+    const auto* at =
+        static_cast<const std::uint8_t*>(std::memchr(data, kMagic[0], static_cast<std::size_t>(length)));
     const int skipped = at ? static_cast<int>(at - data) : length;
     if (skipped > 0) sink_->garbage(skipped);
     if (!at) return length;

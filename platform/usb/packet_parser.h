@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // From the bytes of a pipe to data packets. Twelve bytes of header (docs/usb.md):
 //
-//   52 42 | kind, little-endian 16 | id, little-endian 16 | size with header, big-endian 16 | stamp, little-endian 32
+//   52 42 | kind, little-endian 16 | id, little-endian 16 | size with header, big-endian 16 | stamp,
+//   little-endian 32
 //
 // PrimeSense devices send a stream of bytes in which packets lie anywhere. Kinect v1 sends one packet an
 // isochronous packet; its size field is not read (no driver reads it), and its id is byte 5 alone.

@@ -18,7 +18,7 @@ constexpr int kOffset = 1;
 // 1/2^17 pixel, each order with 8 bits more.
 struct Differences {
     // along y for the first column, and from there along x
-    std::int64_t value, d, dd, ddd;        // of x
+    std::int64_t value, d, dd, ddd;               // of x
     std::int64_t dy, dyy, dyyy, dxy, dxxy, dxyy;  // of y
 };
 
@@ -33,10 +33,11 @@ std::int64_t widened(std::int32_t value) {
 
 }  // namespace
 
-Status parse_registration(const std::uint8_t* data, int bytes, const char* name, RegistrationPolynomial* out) {
+Status parse_registration(const std::uint8_t* data, int bytes, const char* name,
+                          RegistrationPolynomial* out) {
     if (bytes < kRegistrationBytes)
-        return Status::error(Code::format, "%s: the registration table has %d bytes, expected %d", name, bytes,
-                             kRegistrationBytes);
+        return Status::error(Code::format, "%s: the registration table has %d bytes, expected %d", name,
+                             bytes, kRegistrationBytes);
     const auto at = [&](int i) { return static_cast<std::int32_t>(le32(data + 4 * i)); };
     out->ax = at(1), out->bx = at(2), out->cx = at(3), out->dx = at(4), out->dx_start = at(5);
     out->ay = at(6), out->by = at(7), out->cy = at(8), out->dy = at(9), out->dy_start = at(10);
@@ -70,12 +71,26 @@ bool Registration::build(const RegistrationPolynomial& p, const DepthGeometry& g
     }
     start_lines_ = p.start_lines;
 
-    Differences X = {narrowed(p.dx_start, 13, 4), narrowed(p.dxdx, 11, 3), widened(p.dxdxdx), p.ax,
-                     narrowed(p.dydx, 11, 3),     widened(p.dydydx),       p.bx,              widened(p.dydxdx),
-                     p.cx,                        p.dx};
-    Differences Y = {narrowed(p.dy_start, 13, 4), narrowed(p.dxdy, 11, 3), widened(p.dxdxdy), p.ay,
-                     narrowed(p.dydy, 11, 3),     widened(p.dydydy),       p.by,              widened(p.dydxdy),
-                     p.cy,                        p.dy};
+    Differences X = {narrowed(p.dx_start, 13, 4),
+                     narrowed(p.dxdx, 11, 3),
+                     widened(p.dxdxdx),
+                     p.ax,
+                     narrowed(p.dydx, 11, 3),
+                     widened(p.dydydx),
+                     p.bx,
+                     widened(p.dydxdx),
+                     p.cx,
+                     p.dx};
+    Differences Y = {narrowed(p.dy_start, 13, 4),
+                     narrowed(p.dxdy, 11, 3),
+                     widened(p.dxdxdy),
+                     p.ay,
+                     narrowed(p.dydy, 11, 3),
+                     widened(p.dydydy),
+                     p.by,
+                     widened(p.dydxdy),
+                     p.cy,
+                     p.dy};
     const auto next_row = [](Differences* q) {
         q->dd += q->dxxy;
         q->d += q->dxy >> 8;
@@ -108,8 +123,7 @@ bool Registration::build(const RegistrationPolynomial& p, const DepthGeometry& g
     const double pixels_per_cm = 1 / (2 * g.pixel_cm), baseline_px = g.colour_cm * pixels_per_cm;
     shift_[0] = 0;
     for (int z = 1; z < kMaxDepth_mm; ++z)
-        shift_[z] = static_cast<std::int32_t>(
-            (baseline_px * (z - 10 * g.reference_cm) / z + 0.375) * kScale);
+        shift_[z] = static_cast<std::int32_t>((baseline_px * (z - 10 * g.reference_cm) / z + 0.375) * kScale);
     return true;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The device's registration table: where each depth pixel lies in the colour image, as a cubic polynomial in
-// 29 integers (Opcode::algorithm_params, id 2; Kinect: 0x40), plus a shift that depends on depth alone. From it
-// the colour camera's intrinsics follow, which the device tells nowhere else.
+// 29 integers (Opcode::algorithm_params, id 2; Kinect: 0x40), plus a shift that depends on depth alone. From
+// it the colour camera's intrinsics follow, which the device tells nowhere else.
 #pragma once
 
 #include <cstdint>
@@ -37,8 +37,8 @@ class Registration {
     bool build(const RegistrationPolynomial& polynomial, const DepthGeometry& geometry);
     bool ready() const { return x_ != nullptr; }
 
-    // Column in 1/256 pixel, beyond 640 * 256 when it lies outside, and row, of depth pixel (x, y) at depth_mm
-    // in 1..kMaxDepth_mm - 1. The same numbers as libfreenect's.
+    // Column in 1/256 pixel, beyond 640 * 256 when it lies outside, and row, of depth pixel (x, y) at
+    // depth_mm in 1..kMaxDepth_mm - 1. The same numbers as libfreenect's.
     std::int32_t column_256(int x, int y, int depth_mm) const {
         return x_[y * kWidth + x] + shift_[depth_mm];
     }
@@ -49,9 +49,9 @@ class Registration {
     void apply(const std::uint16_t* depth_mm, std::uint16_t* registered_mm) const;
 
     // The colour camera that fits the table best, axes parallel to the depth camera's: intrinsics by least
-    // squares over all pixels, and the distance that moves pixels as the table does, which is the device's own
-    // stretched by the ratio of the focal lengths. *residual_px: root mean square. False: the table does not
-    // describe a camera (focal length beyond a factor of two of the depth camera's, or the residual above
+    // squares over all pixels, and the distance that moves pixels as the table does, which is the device's
+    // own stretched by the ratio of the focal lengths. *residual_px: root mean square. False: the table does
+    // not describe a camera (focal length beyond a factor of two of the depth camera's, or the residual above
     // kMaxResidual_px).
     bool fit_camera(const Camera& depth, const DepthGeometry& geometry, Camera* colour, Se3* T_colour_depth,
                     double* residual_px) const;

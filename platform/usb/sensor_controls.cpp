@@ -93,9 +93,10 @@ Status UsbSensor::set(SourceControl control, double value) {
             const double line_us = s->mode_.format == WireFormat::bayer ? kShutterBayer_us : kShutterUyvy_us;
             const double most = 1e6 / s->mode_.fps;
             if (!(value >= line_us && value <= most))
-                return Status::error(Code::invalid_argument, "%s: an exposure of %g us, expected %g..%g", name_, value,
-                                     line_us, most);
-            BURIN_TRY(channel_.set_cmos(kCmosShutter, static_cast<std::uint16_t>(std::lround(value / line_us))));
+                return Status::error(Code::invalid_argument, "%s: an exposure of %g us, expected %g..%g",
+                                     name_, value, line_us, most);
+            BURIN_TRY(
+                channel_.set_cmos(kCmosShutter, static_cast<std::uint16_t>(std::lround(value / line_us))));
             break;
         }
         case SourceControl::close_range:

@@ -6,8 +6,8 @@ namespace {
 
 constexpr SensorFamily kKinect = SensorFamily::kinect, kPrimeSense = SensorFamily::primesense;
 
-// Ids: libfreenect src/usb_libusb10.c; OpenNI2 XnDeviceEnumeration.cpp; Astra: OrbbecSDK's and openni2_camera's
-// udev rules (2bc5:04xx). docs/usb.md says which of them anybody has run.
+// Ids: libfreenect src/usb_libusb10.c; OpenNI2 XnDeviceEnumeration.cpp; Astra: OrbbecSDK's and
+// openni2_camera's udev rules (2bc5:04xx). docs/usb.md says which of them anybody has run.
 constexpr SensorModel kModels[] = {
     {0x045e, 0x02ae, "Kinect v1 (Xbox NUI Camera)", kKinect, 0, 0x02b0, true, false, false},
     {0x045e, 0x02bf, "Kinect v1 for Windows", kKinect, 1, 0, true, false, true},

@@ -50,7 +50,8 @@ int wire_bytes(WireFormat format, int pixels) {
 }
 
 void ModeList::add(WireFormat format, int code, int resolution, int fps) {
-    if (count == kMaxModes || resolution < 0 || resolution >= kResolutionCount || fps < 1 || fps > 255) return;
+    if (count == kMaxModes || resolution < 0 || resolution >= kResolutionCount || fps < 1 || fps > 255)
+        return;
     SensorMode& m = modes[count++];
     m.format = format;
     m.code = static_cast<std::uint8_t>(code);
@@ -137,8 +138,8 @@ void list_modes(const ModeList& list, char* text, int size) {
     for (int i = 0; i < list.count; ++i) {
         const SensorMode& m = list.modes[i];
         char one[48];
-        const int n = std::snprintf(one, sizeof one, "%s%s %dx%d@%d", i ? ", " : "", wire_name(m.format), m.width,
-                                    m.height, m.fps);
+        const int n = std::snprintf(one, sizeof one, "%s%s %dx%d@%d", i ? ", " : "", wire_name(m.format),
+                                    m.width, m.height, m.fps);
         if (used + n >= size) return;
         std::memcpy(text + used, one, static_cast<std::size_t>(n) + 1);
         used += n;

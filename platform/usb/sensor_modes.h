@@ -16,9 +16,9 @@ enum class WireFormat : std::uint8_t {
     packed10,  // depth and infrared: most significant bit first, no gaps
     packed11,
     packed12,
-    bayer,   // colour: a byte a pixel, G R over B G
-    uyvy,    // colour
-    yuyv,    // colour
+    bayer,     // colour: a byte a pixel, G R over B G
+    uyvy,      // colour
+    yuyv,      // colour
     ps_yuv,    // colour: UYVY as nibble differences
     ps_bayer,  // colour: a mosaic as nibble differences
 };

@@ -24,6 +24,9 @@ constexpr int kKinectDepthPacket = 1748, kKinectImagePacket = 1908;
 // libfreenect). The device sends them.
 constexpr int kExtraRows = 8;
 
+// The time between frames is averaged over so many.
+constexpr double kPeriodFrames = 4;
+
 // One line a stream a second at most, however bad the cable is.
 constexpr std::int64_t kLogPeriod_ns = 1'000'000'000;
 
@@ -59,8 +62,10 @@ Status UsbSensor::begin(SensorStream& s) {
         default:
             // The firmware sends its full size only after depth ran once (libfreenect, cameras.c).
             if (kinect && resolution == 2)
-                BURIN_TRY(write({{kDepthResolution, 1}, {kDepthFps, 30}, {kStream1, kDepth}, {kStream1, kOff}}));
-            BURIN_TRY(write({{kInfraredFormat, code}, {kInfraredResolution, resolution}, {kInfraredFps, fps}}));
+                BURIN_TRY(
+                    write({{kDepthResolution, 1}, {kDepthFps, 30}, {kStream1, kDepth}, {kStream1, kOff}}));
+            BURIN_TRY(
+                write({{kInfraredFormat, code}, {kInfraredResolution, resolution}, {kInfraredFps, fps}}));
             if (kinect) BURIN_TRY(write({{kProjectorCycle, 0}}));
             BURIN_TRY(write({{kStream0, kInfrared}}));
             if (!kinect) BURIN_TRY(optional(kInfraredCrop, 0));
@@ -81,7 +86,8 @@ Status UsbSensor::start(SourceSink* sink) {
     for (int i = 0; i < stream_count_ && begun.ok(); ++i) {
         SensorStream& s = streams_[i];
         const int pixels = s.mode_.width * s.mode_.height;
-        const bool depth = s.kind_ == StreamKind::depth, extra = s.kind_ == StreamKind::infrared && s.mode_.resolution != 2;
+        const bool depth = s.kind_ == StreamKind::depth,
+                   extra = s.kind_ == StreamKind::infrared && s.mode_.resolution != 2;
         const int wire_pixels = pixels + (extra ? kExtraRows * s.mode_.width : 0);
         FrameLayout layout;
         layout.stream = depth ? PacketStream::depth : PacketStream::image;
@@ -93,17 +99,18 @@ Status UsbSensor::start(SourceSink* sink) {
             layout.capacity = layout.bytes;
         } else {
             // Any format may come from firmware that does as it likes, and the compressed one is the longest.
-            layout.capacity = depth ? wire_bytes(WireFormat::ps_depth, pixels)
-                                    : wire_bytes(s.mode_.format, wire_pixels);
+            layout.capacity =
+                depth ? wire_bytes(WireFormat::ps_depth, pixels) : wire_bytes(s.mode_.format, wire_pixels);
             layout.padded = depth && firmware_at_least(5, 1, 0);
         }
-        s.parser_.reset(&s.assembler_, kinect                     ? PacketFraming::whole
+        s.parser_.reset(&s.assembler_, kinect                    ? PacketFraming::whole
                                        : s.endpoint_.isochronous ? PacketFraming::datagrams
                                                                  : PacketFraming::stream);
         s.sequence_ = 0;
         s.last_device_ns_ = s.last_log_ns_ = 0;
         s.any_stamp_ = s.gap_ = s.told_format_ = false;
         s.untimed_ = s.unlogged_ = 0;
+        s.period_ns_ = 1e9 / s.mode_.fps;
         if (!s.assembler_.reset(layout, &s) ||
             !s.decoder_.reset(s.kind_, s.mode_, depth_table_, model_.formats_as_they_come))
             begun = Status::error(Code::insufficient_memory, "%s: no memory for frames of %s", name_,
@@ -144,7 +151,8 @@ Status UsbSensor::stop() {
         s.on_ = false;
     }
     const int left = camera_->close_pipes();
-    if (left > 0) sink_->log(LogLevel::warning, "%s: the system has not given back %d transfers", name_, left);
+    if (left > 0)
+        sink_->log(LogLevel::warning, "%s: the system has not given back %d transfers", name_, left);
     return stopped.code() == Code::disconnected ? Status() : stopped;
 }
 
@@ -154,7 +162,8 @@ void SensorStream::log_fault(const RawFrame& frame, std::int64_t host_ns) {
     last_log_ns_ = host_ns;
     char lost[40] = "";
     if (frame.packets_lost > 0) std::snprintf(lost, sizeof lost, " (%d packets)", frame.packets_lost);
-    sensor_->sink_->log(LogLevel::warning, "%s: %s frame %llu is damaged: %s%s; %d bytes came; %d since the last line",
+    sensor_->sink_->log(LogLevel::warning,
+                        "%s: %s frame %llu is damaged: %s%s; %d bytes came; %d since the last line",
                         sensor_->name_, stream_name(kind_), static_cast<unsigned long long>(sequence_),
                         fault_text(frame.fault), lost, frame.bytes, unlogged_);
     unlogged_ = 0;
@@ -169,13 +178,18 @@ void SensorStream::frame(const RawFrame& raw) {
     const bool clocked = kind_ != StreamKind::infrared || sensor_->stream_of(StreamKind::depth);
     stamp.has_device_time =
         frame.has_stamp && clocked && sensor_->clock_.ns(frame.stamp, stamp.host_ns, &stamp.device_ns);
-    // Frames have no number. Where packets are missing, time says how many frames were between.
+    // Frames have no number. Where packets are missing, time says how many frames were between: by how long
+    // they have taken so far, since a device may be slower than it was told.
     std::uint64_t step = 1;
     gap_ = gap_ || frame.after_gap || frame.packets_lost > 0;
-    if (gap_ && stamp.has_device_time && any_stamp_) {
-        const double frames =
-            std::nearbyint(static_cast<double>(stamp.device_ns - last_device_ns_) * 1e-9 * mode_.fps) - untimed_;
-        step = static_cast<std::uint64_t>(std::clamp(frames, 1.0, 1000.0));
+    if (stamp.has_device_time && any_stamp_) {
+        const double passed_ns = static_cast<double>(stamp.device_ns - last_device_ns_);
+        if (gap_) {
+            step = static_cast<std::uint64_t>(
+                std::clamp(std::nearbyint(passed_ns / period_ns_) - untimed_, 1.0, 1000.0));
+        } else {
+            period_ns_ = std::fmax(1e9 / mode_.fps, period_ns_ + (passed_ns - period_ns_) / kPeriodFrames);
+        }
     }
     sequence_ += step;
     if (stamp.has_device_time) {
@@ -198,8 +212,10 @@ void SensorStream::frame(const RawFrame& raw) {
     std::uint8_t* image = sink.acquire(kind_);
     if (!image) return;
     std::uint8_t* into = unregistered_ ? reinterpret_cast<std::uint8_t*>(unregistered_.get()) : image;
-    if (!decoder_.decode(frame, into) && frame.fault == FrameFault::none) frame.fault = FrameFault::wrong_size;
-    if (unregistered_) sensor_->registration_.apply(unregistered_.get(), reinterpret_cast<std::uint16_t*>(image));
+    if (!decoder_.decode(frame, into) && frame.fault == FrameFault::none)
+        frame.fault = FrameFault::wrong_size;
+    if (unregistered_)
+        sensor_->registration_.apply(unregistered_.get(), reinterpret_cast<std::uint16_t*>(image));
     stamp.damaged = frame.fault != FrameFault::none;
     if (stamp.damaged) log_fault(frame, stamp.host_ns);
     sink.commit(kind_, image, stamp);

@@ -14,8 +14,8 @@ class TickClock {
     void reset(double ticks_per_second) { *this = TickClock(), ns_per_tick_ = 1e9 / ticks_per_second; }
 
     // Nanoseconds on the device's clock. The host's clock says how often the counter went round while nothing
-    // came; stamps may come a little out of order, as those of two streams do. False: the stamp is kJump_ns or
-    // more from where the host's clock has the device, as that of a corrupt packet; when the next ones are
+    // came; stamps may come a little out of order, as those of two streams do. False: the stamp is kJump_ns
+    // or more from where the host's clock has the device, as that of a corrupt packet; when the next ones are
     // there too, the device has jumped and they are taken.
     bool ns(std::uint32_t ticks, std::int64_t host_ns, std::int64_t* device_ns) {
         if (!any_) {

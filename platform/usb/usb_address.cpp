@@ -25,10 +25,11 @@ Status parse_usb_address(const char* text, UsbAddress* address) {
     *address = UsbAddress();
     const char* at = text;
     const auto bad = [&] {
-        return Status::error(Code::invalid_argument,
-                             "usb: '%.100s', expected VENDOR:PRODUCT@PLACE as burin devices lists them, any part of it, "
-                             "and then ,iso ,registered or ,accelerometer",
-                             text);
+        return Status::error(
+            Code::invalid_argument,
+            "usb: '%.100s', expected VENDOR:PRODUCT@PLACE as burin devices lists them, any part of it, "
+            "and then ,iso ,registered or ,accelerometer",
+            text);
     };
     if (*at && *at != '@' && *at != ',') {
         if (!hex_id(at, &address->vendor) || at[4] != ':' || !hex_id(at + 5, &address->product)) return bad();
@@ -36,7 +37,8 @@ Status parse_usb_address(const char* text, UsbAddress* address) {
     }
     if (*at == '@') {
         const std::size_t length = std::strcspn(++at, ",");
-        if (length == 0 || length >= sizeof address->place || std::strspn(at, "0123456789.-") < length) return bad();
+        if (length == 0 || length >= sizeof address->place || std::strspn(at, "0123456789.-") < length)
+            return bad();
         std::memcpy(address->place, at, length);
         address->place[length] = 0;
         at += length;

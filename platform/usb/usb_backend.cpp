@@ -57,7 +57,8 @@ Status find(const char* text, const UsbAddress& address, UsbFound* found, Device
         },
         &search));
     if (search.any) return {};
-    return Status::error(Code::disconnected, "usb: no sensor at '%.100s'; burin devices lists those there are", text);
+    return Status::error(Code::disconnected,
+                         "usb: no sensor at '%.100s'; burin devices lists those there are", text);
 }
 
 Status open(const char* text, const SourceOptions& options, void** device, DeviceInfo* info) {
@@ -75,7 +76,8 @@ Status open(const char* text, const SourceOptions& options, void** device, Devic
         probe.close();
         found.model = find_sensor_model(vendor, product);
         if (!found.model)
-            return Status::error(Code::unsupported, "usb: descriptor %d is %04x:%04x, none of the sensors known", options.fd,
+            return Status::error(Code::unsupported,
+                                 "usb: descriptor %d is %04x:%04x, none of the sensors known", options.fd,
                                  vendor, product);
         std::snprintf(entry.name, sizeof entry.name, "%s", found.model->name);
     } else {
@@ -121,13 +123,19 @@ void close(void* device) {
     (void)sensor(device).stop();
     delete static_cast<UsbDevice*>(device);
 }
-Status get(void* device, SourceControl control, ControlRange* range) { return sensor(device).get(control, range); }
+Status get(void* device, SourceControl control, ControlRange* range) {
+    return sensor(device).get(control, range);
+}
 Status set(void* device, SourceControl control, double value) { return sensor(device).set(control, value); }
 
 }  // namespace
 
 const SourceBackend kUsbBackend = {
-    "usb", "Kinect v1, PrimeSense PS1080 (Xtion, Carmine, Structure Sensor), Astra", list, open, start, pump, stop,
-    close, nullptr, get, set};
+    "usb",   "Kinect v1, PrimeSense PS1080 (Xtion, Carmine, Structure Sensor), Astra",
+    list,    open,
+    start,   pump,
+    stop,    close,
+    nullptr, get,
+    set};
 
 }  // namespace burin

@@ -6,7 +6,8 @@
 // "@1-2.3"; "" is the first there is. Then words behind commas:
 //   iso            PrimeSense: isochronous transfers rather than bulk
 //   registered     depth as the colour camera sees it, by the device's own table (640 x 480)
-//   accelerometer  Kinect: its readings as ImuSample whose gyro_rad_s is zero, since there is no gyroscope. Off
+//   accelerometer  Kinect: its readings as ImuSample whose gyro_rad_s is zero, since there is no gyroscope.
+//   Off
 //                  otherwise: a tracker would take the zeros for "does not turn".
 #pragma once
 

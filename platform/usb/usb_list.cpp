@@ -50,8 +50,7 @@ void usb_serial(libusb_device_handle* handle, libusb_device* device, char* seria
     if (length <= 0) return;
     text[length] = 0;
     if (std::strspn(reinterpret_cast<char*>(text), "0") == static_cast<std::size_t>(length)) return;
-    std::snprintf(serial, static_cast<std::size_t>(size), "%.*s", size - 1,
-                  reinterpret_cast<char*>(text));
+    std::snprintf(serial, static_cast<std::size_t>(size), "%.*s", size - 1, reinterpret_cast<char*>(text));
 }
 
 Status visit_usb_sensors(bool (*visit)(void* user, const UsbFound& found), void* user) {
@@ -90,10 +89,11 @@ void describe_usb_sensor(const UsbFound& found, DeviceEntry* entry) {
     }
     if (code == LIBUSB_ERROR_ACCESS) {
         entry->access = DeviceAccess::denied;
-        std::snprintf(entry->hint, sizeof entry->hint,
-                      "no permission for /dev/bus/usb/%03d/%03d: install 60-burin.rules in /etc/udev/rules.d, run "
-                      "'udevadm control --reload' and plug it in again",
-                      libusb_get_bus_number(found.device), libusb_get_device_address(found.device));
+        std::snprintf(
+            entry->hint, sizeof entry->hint,
+            "no permission for /dev/bus/usb/%03d/%03d: install 60-burin.rules in /etc/udev/rules.d, run "
+            "'udevadm control --reload' and plug it in again",
+            libusb_get_bus_number(found.device), libusb_get_device_address(found.device));
     } else if (code != 0) {
         entry->access = DeviceAccess::busy;
         std::snprintf(entry->hint, sizeof entry->hint, "the system does not open it (%s): plug it in again",
@@ -105,7 +105,8 @@ void describe_usb_sensor(const UsbFound& found, DeviceEntry* entry) {
     }
 }
 
-bool usb_companion(const char* place, std::uint16_t vendor, std::uint16_t product, char* companion, int size) {
+bool usb_companion(const char* place, std::uint16_t vendor, std::uint16_t product, char* companion,
+                   int size) {
     const char* last = std::strrchr(place, '.');
     if (!last) last = std::strrchr(place, '-');
     if (!last) return false;

@@ -76,7 +76,8 @@ Status UsbSensor::algorithm(std::uint16_t id, int resolution, int fps, std::uint
                                        static_cast<std::uint16_t>(fps),
                                        static_cast<std::uint16_t>(*bytes / 2)};
         int got = 0;
-        BURIN_TRY(channel_.request(Opcode::algorithm_params, words, 5, data + *bytes, capacity - *bytes, &got));
+        BURIN_TRY(
+            channel_.request(Opcode::algorithm_params, words, 5, data + *bytes, capacity - *bytes, &got));
         if (got == 0) break;
         *bytes += std::min(got, capacity - *bytes);
     }
@@ -106,7 +107,8 @@ Status UsbSensor::open_primesense() {
     while (have < kFixedParamsBytes) {
         const std::uint16_t offset = static_cast<std::uint16_t>(have / 4);
         int got = 0;
-        BURIN_TRY(channel_.request(Opcode::fixed_params, &offset, 1, fixed + have, kFixedParamsBytes - have, &got));
+        BURIN_TRY(
+            channel_.request(Opcode::fixed_params, &offset, 1, fixed + have, kFixedParamsBytes - have, &got));
         got = std::min(got, kFixedParamsBytes - have);
         have += got;
         if (got < 4) break;  // no progress: what there is gets checked below
@@ -169,11 +171,11 @@ Status UsbSensor::read_constants(std::uint16_t registration_id, std::uint16_t pa
     const Camera depth_vga = depth_camera(geometry_, 640, 480);
     double residual_px = 0;
     if (table.ok()) {
-        colour_fitted_ = registration_.fit_camera(depth_vga, geometry_, &colour_camera_, &T_colour_depth_,
-                                                   &residual_px);
+        colour_fitted_ =
+            registration_.fit_camera(depth_vga, geometry_, &colour_camera_, &T_colour_depth_, &residual_px);
         if (!colour_fitted_)
-            table = Status::error(Code::format, "%s: the registration table fits no camera (%.3g pixels off)", name_,
-                                  residual_px);
+            table = Status::error(Code::format, "%s: the registration table fits no camera (%.3g pixels off)",
+                                  name_, residual_px);
     }
     if (!colour_fitted_) {
         if (wishes_.registered)
@@ -221,7 +223,8 @@ Status UsbSensor::add_stream(StreamKind kind, const SourceOptions& o, DeviceInfo
     SensorStream& s = streams_[stream_count_];
     // Infrared comes from the depth camera: its size and rate are those of depth.
     const bool colour = kind == StreamKind::colour;
-    const int width = colour ? o.colour_width : o.depth_width, height = colour ? o.colour_height : o.depth_height;
+    const int width = colour ? o.colour_width : o.depth_width,
+              height = colour ? o.colour_height : o.depth_height;
     const char* format = depth ? o.depth_format : colour ? o.colour_format : "";
     BURIN_TRY(choose_mode(modes, kind, width, height, o.fps, format, name_, &s.mode_));
     s.sensor_ = this;
@@ -237,7 +240,8 @@ Status UsbSensor::choose_streams(const SourceOptions& o, DeviceInfo* info) {
     const bool colour = wanted(StreamKind::colour) && model_.colour, infrared = wanted(StreamKind::infrared);
     if (colour && infrared)
         return Status::error(Code::unsupported,
-                             "%s sends colour or infrared, not both: they share a stream; ask for one", name_);
+                             "%s sends colour or infrared, not both: they share a stream; ask for one",
+                             name_);
     stream_count_ = 0;
     if (wanted(StreamKind::depth)) BURIN_TRY(add_stream(StreamKind::depth, o, info));
     if (colour) BURIN_TRY(add_stream(StreamKind::colour, o, info));
@@ -247,8 +251,8 @@ Status UsbSensor::choose_streams(const SourceOptions& o, DeviceInfo* info) {
         return Status::error(Code::unsupported, "%s sends infrared of %dx%d without depth only", name_,
                              ir->mode_.width, ir->mode_.height);
     if (wishes_.registered && d && d->mode_.resolution != kVga)
-        return Status::error(Code::unsupported, "%s registers depth of 640x480 only, %dx%d was asked for", name_,
-                             d->mode_.width, d->mode_.height);
+        return Status::error(Code::unsupported, "%s registers depth of 640x480 only, %dx%d was asked for",
+                             name_, d->mode_.width, d->mode_.height);
     return {};
 }
 
@@ -291,7 +295,8 @@ Status UsbSensor::open(const SourceOptions& options, const SensorWishes& wishes,
         SensorStream& s = streams_[i];
         describe(s, &info->at(s.kind_));
         if (s.kind_ == StreamKind::depth) {
-            // 60 images a second come from half the sensor's pixels (OpenNI2, RecalculateReferenceResolution).
+            // 60 images a second come from half the sensor's pixels (OpenNI2,
+            // RecalculateReferenceResolution).
             build_depth_table(geometry_, s.mode_.fps == 60 ? 2 : 1, depth_table_);
             if (wishes_.registered) {
                 s.unregistered_.reset(new (std::nothrow) std::uint16_t[640 * 480]);

@@ -45,6 +45,7 @@ class SensorStream final : public UsbReceiver, public FrameTarget {
     FrameDecoder decoder_;
     std::uint64_t sequence_ = 0;
     std::int64_t last_device_ns_ = 0;
+    double period_ns_ = 0;
     bool any_stamp_ = false;
     bool gap_ = false;  // packets are missing since the last stamp
     int untimed_ = 0;   // frames since the last stamp

@@ -86,14 +86,17 @@ TEST(UsbControl, OneThatIsNotReadyIsAskedAgain) {
     EXPECT_EQ(s.code(), Code::timeout) << s.text();
 }
 
-// ---------------------------------------------------------------------------------------------------- packets
+// ----------------------------------------------------------------------------------------------------
+// packets
 
 struct Kept final : PacketSink {
     std::vector<Bytes> packets;
     std::vector<PacketHeader> headers;
     int broken = 0, skipped = 0;
     void packet_begin(const PacketHeader& h) override { headers.push_back(h), packets.emplace_back(); }
-    void packet_data(const std::uint8_t* d, int n) override { packets.back().insert(packets.back().end(), d, d + n); }
+    void packet_data(const std::uint8_t* d, int n) override {
+        packets.back().insert(packets.back().end(), d, d + n);
+    }
     void packet_end() override {}
     void packet_broken() override { ++broken; }
     void garbage(int n) override { skipped += n; }
@@ -106,12 +109,15 @@ TEST(UsbPackets, AnyCutOfTheStreamGivesTheSamePackets) {
     int garbage = 0;
     for (int i = 0; i < 40; ++i) {
         Bytes data(random() % 900);
-        for (auto& b : data) b = static_cast<std::uint8_t>(random() % 4 == 0 ? 0x52 : random() % 4 == 0 ? 0x42 : random());
+        for (auto& b : data)
+            b = static_cast<std::uint8_t>(random() % 4 == 0 ? 0x52 : random() % 4 == 0 ? 0x42 : random());
         payloads.push_back(data);
-        const Bytes p = packet(0x72, i, data.data(), static_cast<int>(data.size()), 1000u + static_cast<unsigned>(i));
+        const Bytes p =
+            packet(0x72, i, data.data(), static_cast<int>(data.size()), 1000u + static_cast<unsigned>(i));
         stream.insert(stream.end(), p.begin(), p.end());
         if (i % 5 == 4 && i < 39) {  // what is no packet: also a magic with an impossible size behind it
-            const Bytes no[] = {{1, 2, 3}, {0x52}, {0x52, 0x42, 0, 0x71, 0, 0, 0, 3, 0, 0, 0, 0}, {0x52, 0x52}};
+            const Bytes no[] = {
+                {1, 2, 3}, {0x52}, {0x52, 0x42, 0, 0x71, 0, 0, 0, 3, 0, 0, 0, 0}, {0x52, 0x52}};
             const Bytes& g = no[(i / 5) % 4];
             stream.insert(stream.end(), g.begin(), g.end());
             garbage += static_cast<int>(g.size());
@@ -123,7 +129,8 @@ TEST(UsbPackets, AnyCutOfTheStreamGivesTheSamePackets) {
         parser.reset(&kept, PacketFraming::stream);
         const int most = round == 0 ? 1 : round == 1 ? 1 << 20 : 1 + static_cast<int>(random() % 700);
         for (std::size_t at = 0; at < stream.size();) {
-            const std::size_t n = std::min<std::size_t>(stream.size() - at, 1 + random() % static_cast<unsigned>(most));
+            const std::size_t n =
+                std::min<std::size_t>(stream.size() - at, 1 + random() % static_cast<unsigned>(most));
             parser.bytes(stream.data() + at, static_cast<int>(n));
             at += n;
         }
@@ -174,9 +181,11 @@ class KinectFrames : public ::testing::Test {
         parser.reset(&assembler, PacketFraming::whole);
         for (int n = 0; n < 40; ++n) {
             Bytes f(kBytes);
-            for (int i = 0; i < kBytes; ++i) f[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i * 7 + n);
+            for (int i = 0; i < kBytes; ++i)
+                f[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i * 7 + n);
             frames.push_back(f);
-            for (const Bytes& p : packets_of(f, 0x70, kPacket, true, &id, static_cast<std::uint32_t>(n), 77)) packets.push_back(p);
+            for (const Bytes& p : packets_of(f, 0x70, kPacket, true, &id, static_cast<std::uint32_t>(n), 77))
+                packets.push_back(p);
         }
     }
     void send(std::size_t i) { parser.bytes(packets[i].data(), static_cast<int>(packets[i].size())); }
@@ -256,7 +265,10 @@ TEST(PrimeSenseFrames, PaddingLossAndBrokenTransfers) {
     Bytes data(3000);
     for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::uint8_t>(i * 3);
     for (int n = 0; n < 8; ++n)
-        frames.push_back(packets_of(data, 0x70, 700, false, &id, 5000u + static_cast<unsigned>(n), n == 1 ? 20u << 16 | 30 : n == 2 ? 900u << 16 | 101 : 0));
+        frames.push_back(packets_of(data, 0x70, 700, false, &id, 5000u + static_cast<unsigned>(n),
+                                    n == 1   ? 20u << 16 | 30
+                                    : n == 2 ? 900u << 16 | 101
+                                             : 0));
     for (std::size_t n = 0; n < frames.size(); ++n)
         for (std::size_t i = 0; i < frames[n].size(); ++i) {
             if (n == 3 && i == 2) continue;  // lost
@@ -283,7 +295,8 @@ TEST(PrimeSenseFrames, PaddingLossAndBrokenTransfers) {
     EXPECT_EQ(got.frames[7].fault, FrameFault::none);
 }
 
-// ------------------------------------------------------------------------------------------- clocks, constants
+// ------------------------------------------------------------------------------------------- clocks,
+// constants
 
 TEST(UsbClock, GoesOnWhereTheCounterWraps) {
     TickClock clock;
@@ -299,7 +312,9 @@ TEST(UsbClock, GoesOnWhereTheCounterWraps) {
     // Nothing for five minutes, then on.
     host += 300'000'000'000;
     std::int64_t later = 0;
-    ASSERT_TRUE(clock.ns(start + 9999u * 2'000'000u + static_cast<std::uint32_t>(300 * std::uint64_t{60'000'000}), host, &later));
+    ASSERT_TRUE(
+        clock.ns(start + 9999u * 2'000'000u + static_cast<std::uint32_t>(300 * std::uint64_t{60'000'000}),
+                 host, &later));
     EXPECT_NEAR(static_cast<double>(later - ns), 300e9, 100);
 }
 
@@ -314,7 +329,8 @@ TEST(UsbClock, PassesOverACorruptStamp) {
     // A device that began anew is believed after a while.
     int refused = 0;
     for (int i = 0; i < 10; ++i)
-        refused += !clock.ns(0xa0000000u + static_cast<std::uint32_t>(i) * 2'000'000u, 100'000'000 + i * std::int64_t{33'333'333}, &b);
+        refused += !clock.ns(0xa0000000u + static_cast<std::uint32_t>(i) * 2'000'000u,
+                             100'000'000 + i * std::int64_t{33'333'333}, &b);
     EXPECT_EQ(refused, 4);
 }
 
@@ -337,8 +353,7 @@ TEST(UsbGeometry, DepthOfShiftsAndIntrinsics) {
     build_depth_table(g, 1, table);
     EXPECT_EQ(table[300], 437);
     EXPECT_EQ(table[2047], 0);
-    for (int s = 1; s < kShifts; ++s)
-        EXPECT_TRUE(table[s] >= table[s - 1] || table[s] == 0) << s;
+    for (int s = 1; s < kShifts; ++s) EXPECT_TRUE(table[s] >= table[s - 1] || table[s] == 0) << s;
     EXPECT_LT(*std::max_element(table, table + kShifts), kMaxDepth_mm);
     // The focal length everybody knows: 575.8 pixels of 640.
     EXPECT_NEAR(depth_camera(g, 640, 480).fx, 575.8, 0.1);
@@ -351,10 +366,14 @@ TEST(UsbGeometry, AbsurdConstantsAreNamed) {
     const struct {
         float v[4];
         const char* says;
-    } cases[] = {{{0, 2.4f, 120, 0.1f}, "projector of 0 cm"},        {{-7.5f, 2.4f, 120, 0.1f}, "projector of -7.5"},
-                 {{nan, 2.4f, 120, 0.1f}, "projector of"},           {{7.5f, inf, 120, 0.1f}, "colour camera of inf"},
-                 {{7.5f, 2.4f, -120, 0.1f}, "reference distance of"}, {{7.5f, 2.4f, 120, 0}, "pixel size of 0"},
-                 {{7.5f, 2.4f, 120, 1e30f}, "pixel size of 1e+30"},  {{7.5f, 2.4f, 13, 0.9f}, "ratio"}};
+    } cases[] = {{{0, 2.4f, 120, 0.1f}, "projector of 0 cm"},
+                 {{-7.5f, 2.4f, 120, 0.1f}, "projector of -7.5"},
+                 {{nan, 2.4f, 120, 0.1f}, "projector of"},
+                 {{7.5f, inf, 120, 0.1f}, "colour camera of inf"},
+                 {{7.5f, 2.4f, -120, 0.1f}, "reference distance of"},
+                 {{7.5f, 2.4f, 120, 0}, "pixel size of 0"},
+                 {{7.5f, 2.4f, 120, 1e30f}, "pixel size of 1e+30"},
+                 {{7.5f, 2.4f, 13, 0.9f}, "ratio"}};
     for (const auto& c : cases) {
         DepthGeometry g;
         const Bytes f = fixed_params(c.v[0], c.v[1], c.v[2], c.v[3]);

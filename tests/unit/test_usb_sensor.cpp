@@ -7,6 +7,7 @@
 #include <random>
 
 #include "api/allocation_counter.h"
+#include "platform/usb/usb_backend.h"
 #include "platform/usb/usb_sensor.h"
 #include "unit/usb_script.h"
 
@@ -21,7 +22,8 @@ Values shifts(int pixels, int bits, int n) {
     Values v(static_cast<std::size_t>(pixels));
     for (int i = 0; i < pixels; ++i) {
         const int step = (i / 16) % 3 == 0 ? 0 : (i / 16) % 3 == 1 ? i % 16 : (i * 2654435761u >> 20) % 900;
-        v[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>((n + i / 16 * 5 + step) & ((1 << bits) - 1));
+        v[static_cast<std::size_t>(i)] =
+            static_cast<std::uint16_t>((n + i / 16 * 5 + step) & ((1 << bits) - 1));
     }
     return v;
 }
@@ -31,7 +33,8 @@ Bytes ps_compress(const Values& values) {
     std::vector<int> nibbles;
     int last = 0, repeats = 0;
     const auto flush = [&] {
-        for (; repeats > 0; repeats -= std::min(repeats, 16)) nibbles.insert(nibbles.end(), {14, std::min(repeats, 16) - 1});
+        for (; repeats > 0; repeats -= std::min(repeats, 16))
+            nibbles.insert(nibbles.end(), {14, std::min(repeats, 16) - 1});
     };
     bool any = false;
     for (const int v : values) {
@@ -52,26 +55,33 @@ Bytes ps_compress(const Values& values) {
     flush();
     if (nibbles.size() % 2) nibbles.push_back(13);
     Bytes out;
-    for (std::size_t i = 0; i < nibbles.size(); i += 2) out.push_back(static_cast<std::uint8_t>(nibbles[i] << 4 | nibbles[i + 1]));
+    for (std::size_t i = 0; i < nibbles.size(); i += 2)
+        out.push_back(static_cast<std::uint8_t>(nibbles[i] << 4 | nibbles[i + 1]));
     return out;
 }
 
 Bytes wire_of(const Values& v, WireFormat f) {
     switch (f) {
-        case WireFormat::packed10: return pack_bits(v, 10);
-        case WireFormat::packed11: return pack_bits(v, 11);
-        case WireFormat::packed12: return pack_bits(v, 12);
-        case WireFormat::ps_depth: return ps_compress(v);
+        case WireFormat::packed10:
+            return pack_bits(v, 10);
+        case WireFormat::packed11:
+            return pack_bits(v, 11);
+        case WireFormat::packed12:
+            return pack_bits(v, 12);
+        case WireFormat::ps_depth:
+            return ps_compress(v);
         default: {
             Bytes out;
-            for (const std::uint16_t s : v) out.push_back(static_cast<std::uint8_t>(s)), out.push_back(static_cast<std::uint8_t>(s >> 8));
+            for (const std::uint16_t s : v)
+                out.push_back(static_cast<std::uint8_t>(s)), out.push_back(static_cast<std::uint8_t>(s >> 8));
             return out;
         }
     }
 }
 
 const SensorModel& model(SensorFamily family) {
-    return *find_sensor_model(family == SensorFamily::kinect ? 0x045e : 0x1d27, family == SensorFamily::kinect ? 0x02ae : 0x0601);
+    return *find_sensor_model(family == SensorFamily::kinect ? 0x045e : 0x1d27,
+                              family == SensorFamily::kinect ? 0x02ae : 0x0601);
 }
 
 struct Rig {
@@ -97,20 +107,25 @@ struct Rig {
     }
     bool kinect() const { return family == SensorFamily::kinect; }
     // Queues a frame; bulk streams are cut anywhere.
-    void send(StreamKind kind, const Bytes& wire, std::uint32_t stamp, std::uint32_t padding = 0, int drop = -1) {
+    void send(StreamKind kind, const Bytes& wire, std::uint32_t stamp, std::uint32_t padding = 0,
+              int drop = -1) {
         const bool depth = kind == StreamKind::depth;
         const int endpoint = depth != kinect() ? 0x81 : 0x82;
         const int payload = !kinect() ? 1300 : depth ? 1748 : 1908;
         int i = 0;
         Bytes stream;
-        for (const Bytes& p : packets_of(wire, depth ? 0x70 : 0x80, payload, kinect(), depth ? &depth_id : &image_id, stamp, padding)) {
+        for (const Bytes& p : packets_of(wire, depth ? 0x70 : 0x80, payload, kinect(),
+                                         depth ? &depth_id : &image_id, stamp, padding)) {
             if (i++ == drop) continue;
             if (kinect()) usb.to_send.emplace_back(endpoint, p);
             stream.insert(stream.end(), p.begin(), p.end());
         }
         if (!kinect())
             for (std::size_t at = 0; at < stream.size(); at += 4096)
-                usb.to_send.emplace_back(endpoint, Bytes(stream.begin() + static_cast<std::ptrdiff_t>(at), stream.begin() + static_cast<std::ptrdiff_t>(std::min(stream.size(), at + 4096))));
+                usb.to_send.emplace_back(
+                    endpoint,
+                    Bytes(stream.begin() + static_cast<std::ptrdiff_t>(at),
+                          stream.begin() + static_cast<std::ptrdiff_t>(std::min(stream.size(), at + 4096))));
     }
     // Depth pixels that are not what the shifts mean.
     int wrong(const Values& v, int factor) const {
@@ -125,12 +140,15 @@ struct Rig {
 
 TEST(UsbSensor, EveryDepthFormatPixelByPixel) {
     for (const SensorFamily family : {SensorFamily::kinect, SensorFamily::primesense}) {
-        const ModeList modes = family == SensorFamily::kinect ? kinect_modes(StreamKind::depth) : primesense_modes(StreamKind::depth, false);
+        const ModeList modes = family == SensorFamily::kinect ? kinect_modes(StreamKind::depth)
+                                                              : primesense_modes(StreamKind::depth, false);
         for (int m = 0; m < modes.count; ++m) {
             const SensorMode& mode = modes.modes[m];
             Rig rig(family);
-            std::snprintf(rig.options.depth_format, sizeof rig.options.depth_format, "%s", wire_name(mode.format));
-            rig.options.depth_width = mode.width, rig.options.depth_height = mode.height, rig.options.fps = mode.fps;
+            std::snprintf(rig.options.depth_format, sizeof rig.options.depth_format, "%s",
+                          wire_name(mode.format));
+            rig.options.depth_width = mode.width, rig.options.depth_height = mode.height,
+            rig.options.fps = mode.fps;
             ASSERT_TRUE(rig.open().ok());
             EXPECT_STREQ(rig.info.at(StreamKind::depth).format, wire_name(mode.format));
             ASSERT_TRUE(rig.sensor->start(&rig.sink).ok());
@@ -138,17 +156,21 @@ TEST(UsbSensor, EveryDepthFormatPixelByPixel) {
             EXPECT_EQ(rig.usb.params[19], mode.resolution);
             EXPECT_EQ(rig.usb.params[20], mode.fps);
             EXPECT_EQ(rig.usb.params[6], 2);
-            const int bits = mode.format == WireFormat::packed10 ? 10 : mode.format == WireFormat::packed11 ? 11 : 12;
+            const int bits = mode.format == WireFormat::packed10   ? 10
+                             : mode.format == WireFormat::packed11 ? 11
+                                                                   : 12;
             for (int n = 0; n < 3; ++n) {
                 const Values v = shifts(mode.width * mode.height, bits, 100 * n);
-                rig.send(StreamKind::depth, wire_of(v, mode.format), 1000u + 2'000'000u * static_cast<unsigned>(n));
+                rig.send(StreamKind::depth, wire_of(v, mode.format),
+                         1000u + 2'000'000u * static_cast<unsigned>(n));
                 ASSERT_TRUE(rig.sensor->pump(0).ok());
                 ASSERT_EQ(rig.sink.images.size(), static_cast<std::size_t>(n) + 1) << wire_name(mode.format);
                 const ImageStamp& stamp = rig.sink.images.back().stamp;
                 EXPECT_FALSE(stamp.damaged) << wire_name(mode.format) << " " << mode.width;
                 EXPECT_TRUE(stamp.has_device_time);
                 EXPECT_EQ(stamp.sequence, static_cast<std::uint64_t>(n) + 1);
-                EXPECT_EQ(rig.wrong(v, mode.fps == 60 ? 2 : 1), 0) << wire_name(mode.format) << " " << mode.width << "x" << mode.height;
+                EXPECT_EQ(rig.wrong(v, mode.fps == 60 ? 2 : 1), 0)
+                    << wire_name(mode.format) << " " << mode.width << "x" << mode.height;
             }
             ASSERT_TRUE(rig.sensor->stop().ok());
             EXPECT_EQ(rig.usb.params[6], 0);
@@ -314,6 +336,86 @@ TEST(UsbSensor, Infrared) {
     }
 }
 
+// PrimeSense's compression of colour bytes, from its description in frame_decoder.h.
+Bytes compress_colour(const Bytes& plain, int row, bool yuv) {
+    std::vector<int> nibbles;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+        const int column = static_cast<int>(i) % row;
+        const int back = yuv ? (column % 2 ? 2 : 4) : 2;
+        const int last = column >= back ? plain[i - static_cast<std::size_t>(back)] : 0, d = plain[i] - last;
+        if (d >= -6 && d <= 6)
+            nibbles.push_back(d + 6);
+        else
+            nibbles.insert(nibbles.end(), {15, plain[i] >> 4, plain[i] & 15});
+        if (i % 97 == 0) nibbles.push_back(13);  // stands for nothing
+    }
+    if (nibbles.size() % 2) nibbles.push_back(13);
+    Bytes out;
+    for (std::size_t i = 0; i < nibbles.size(); i += 2)
+        out.push_back(static_cast<std::uint8_t>(nibbles[i] << 4 | nibbles[i + 1]));
+    return out;
+}
+
+TEST(UsbSensor, ColourOfEachFormat) {
+    const struct {
+        const char* name;
+        int code;
+        bool yuv, compressed, swapped;
+    } formats[] = {{"UYVY", 5, true, false, true},
+                   {"YUYV", 7, true, false, false},
+                   {"ps-yuv", 1, true, true, true},
+                   {"GRBG", 6, false, false, false},
+                   {"ps-GRBG", 0, false, true, false}};
+    Bytes mosaics[2];
+    int mosaic_count = 0;
+    for (const auto& f : formats) {
+        Rig rig(SensorFamily::primesense);
+        for (const int word : {f.code, 0, 30, f.code, 1, 30, 2, 1, 30, f.code, 1, 0}) {
+            rig.usb.presets.push_back(static_cast<std::uint8_t>(word));
+            rig.usb.presets.push_back(0);
+        }
+        rig.options.streams = stream_bit(StreamKind::colour);
+        ASSERT_TRUE(rig.open().ok());
+        const StreamInfo& info = rig.info.at(StreamKind::colour);
+        EXPECT_STREQ(info.format, f.name);
+        EXPECT_EQ(info.width, 640);
+        ASSERT_TRUE(rig.sensor->start(&rig.sink).ok());
+        EXPECT_EQ(rig.usb.params[12], f.code);
+        EXPECT_EQ(rig.usb.params[5], 1);
+        const int row = f.yuv ? 1280 : 640;
+        Bytes plain(static_cast<std::size_t>(row) * 480);
+        for (std::size_t i = 0; i < plain.size(); ++i)
+            plain[i] = static_cast<std::uint8_t>((i / 50) % 3 ? i / 7 : i * 2654435761u >> 13);
+        const Bytes wire = f.compressed ? compress_colour(plain, row, f.yuv) : plain;
+        rig.send(StreamKind::colour, wire, 1000);
+        ASSERT_TRUE(rig.sensor->pump(0).ok());
+        ASSERT_EQ(rig.sink.images.size(), 1u) << f.name;
+        EXPECT_FALSE(rig.sink.images[0].stamp.damaged) << f.name;
+        const Bytes& image = rig.sink.images[0].pixels;
+        if (f.yuv) {
+            int wrong = 0;
+            for (std::size_t i = 0; i < plain.size(); ++i) wrong += image[f.swapped ? i ^ 1 : i] != plain[i];
+            EXPECT_EQ(wrong, 0) << f.name;
+        } else {
+            EXPECT_EQ(info.colour_format, PixelFormat::rgb8);
+            // A pixel keeps its own colour: green, red over blue, green.
+            for (const std::size_t y : {0u, 100u, 478u})
+                for (const std::size_t x : {0u, 200u, 638u}) {
+                    EXPECT_EQ(image[3 * (y * 640 + x) + 1], plain[y * 640 + x]);
+                    EXPECT_EQ(image[3 * (y * 640 + x + 1)], plain[y * 640 + x + 1]);
+                    EXPECT_EQ(image[3 * ((y + 1) * 640 + x) + 2], plain[(y + 1) * 640 + x]);
+                }
+            mosaics[mosaic_count++] = image;
+        }
+        // Cut short, it is damaged, and what is missing is black.
+        rig.send(StreamKind::colour,
+                 Bytes(wire.begin(), wire.begin() + static_cast<std::ptrdiff_t>(wire.size() / 2)), 2'000'000);
+        ASSERT_TRUE(rig.sensor->pump(0).ok());
+        EXPECT_TRUE(rig.sink.images[1].stamp.damaged) << f.name;
+    }
+    EXPECT_EQ(mosaics[0], mosaics[1]);
+}
+
 #ifdef BURIN_COUNT_ALLOCATIONS
 TEST(UsbSensor, NothingIsAllocatedWhileStreaming) {
     for (const SensorFamily family : {SensorFamily::kinect, SensorFamily::primesense}) {
@@ -324,7 +426,8 @@ TEST(UsbSensor, NothingIsAllocatedWhileStreaming) {
         const Bytes wire = wire_of(shifts(640 * 480, 11, 5), WireFormat::packed11);
         long during = 0;
         for (int n = 0; n < 20; ++n) {
-            rig.send(StreamKind::depth, wire, static_cast<std::uint32_t>(n) * 2'000'000, 0, n % 3 == 0 ? 11 : -1);
+            rig.send(StreamKind::depth, wire, static_cast<std::uint32_t>(n) * 2'000'000, 0,
+                     n % 3 == 0 ? 11 : -1);
             auto queued = std::move(rig.usb.to_send);
             rig.usb.to_send = queued;  // the script's own memory is made here
             const long before = allocations;
@@ -380,6 +483,60 @@ TEST(UsbSensor, Controls) {
     ASSERT_TRUE(xtion.sensor->set(SourceControl::emitter, 0).ok());
     ASSERT_TRUE(xtion.sensor->get(SourceControl::emitter, &range).ok());
     EXPECT_EQ(range.value, 0);
+}
+
+TEST(UsbSensor, DepthAsTheColourCameraSeesIt) {
+    Rig rig(SensorFamily::kinect);
+    rig.wishes.registered = true;
+    rig.options.streams = stream_bit(StreamKind::depth) | stream_bit(StreamKind::colour);
+    // A table of nothing but a shift by 40 pixels: dx_start, word 5, holds it in 1/2^17 pixel times 16, from
+    // bit 13 on.
+    const auto put = [&](int word, std::int32_t value) {
+        put_le16(&rig.usb.registration[static_cast<std::size_t>(4 * word)],
+                 static_cast<unsigned>(value) & 0xffff);
+        put_le16(&rig.usb.registration[static_cast<std::size_t>(4 * word + 2)],
+                 static_cast<unsigned>(value) >> 16 & 0xffff);
+    };
+    put(5, (40 << 17) * 16 >> 13);
+    ASSERT_TRUE(rig.open().ok());
+    const StreamInfo &depth = rig.info.at(StreamKind::depth), &colour = rig.info.at(StreamKind::colour);
+    EXPECT_TRUE(colour.calibrated);
+    EXPECT_NEAR(depth.camera.cx, colour.camera.cx, 1e-9);
+    EXPECT_EQ(colour.T_stream_depth.t.x, 0);
+    ASSERT_TRUE(rig.sensor->start(&rig.sink).ok());
+    Values v(640 * 480, 2047);
+    v[200 * 640 + 300] = 800;
+    rig.send(StreamKind::depth, wire_of(v, WireFormat::packed11), 1000);
+    ASSERT_TRUE(rig.sensor->pump(0).ok());
+    const auto* z = reinterpret_cast<const std::uint16_t*>(rig.sink.images.back().pixels.data());
+    const int mm = shift_depth_mm(rig.sensor->geometry(), 1, 800);
+    int found = 0;
+    for (int i = 0; i < 640 * 480; ++i) found += z[i] != 0;
+    EXPECT_EQ(found, 1);
+    // 40 pixels of the table, one of the window, and next to nothing of the baseline at 1.19 m.
+    EXPECT_EQ(z[201 * 640 + 341], mm);
+
+    Rig empty(SensorFamily::kinect);
+    empty.wishes.registered = true;
+    const Status s = empty.open();
+    EXPECT_EQ(s.code(), Code::unsupported);
+    EXPECT_NE(std::strstr(s.text(), "empty registration table"), nullptr) << s.text();
+}
+
+TEST(UsbAddress, Forms) {
+    UsbAddress a;
+    ASSERT_TRUE(parse_usb_address("", &a).ok());
+    EXPECT_EQ(a.vendor, -1);
+    ASSERT_TRUE(parse_usb_address("1d27:0601@1-2.3,iso,registered", &a).ok());
+    EXPECT_EQ(a.vendor, 0x1d27);
+    EXPECT_EQ(a.product, 0x0601);
+    EXPECT_STREQ(a.place, "1-2.3");
+    EXPECT_TRUE(a.wishes.isochronous && a.wishes.registered && !a.wishes.accelerometer);
+    ASSERT_TRUE(parse_usb_address("@2-1,accelerometer", &a).ok());
+    EXPECT_TRUE(a.wishes.accelerometer);
+    for (const char* bad :
+         {"1d27", "1d27:06", "1D27:0601", "1d27:0601@", "@a", ",fast", "1d27:0601x", "@1-1,"})
+        EXPECT_EQ(parse_usb_address(bad, &a).code(), Code::invalid_argument) << bad;
 }
 
 TEST(UsbSensor, Accelerometer) {

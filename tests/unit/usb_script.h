@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A USB device that follows a script, below the driver of USB sensors: it answers control requests as a Kinect
-// or a PrimeSense device does and sends packets that the test makes. Stands in for libusb and hardware; real
-// kernels with emulated devices are in tests/rig.
+// A USB device that follows a script, below the driver of USB sensors: it answers control requests as a
+// Kinect or a PrimeSense device does and sends packets that the test makes. Stands in for libusb and
+// hardware; real kernels with emulated devices are in tests/rig.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,19 @@
 
 namespace burin {
 
-enum class ControlFault { none, silent, wrong_tag, stale_once, wrong_size, wrong_magic, wrong_opcode, cut, error_code, stall, gone };
+enum class ControlFault {
+    none,
+    silent,
+    wrong_tag,
+    stale_once,
+    wrong_size,
+    wrong_magic,
+    wrong_opcode,
+    cut,
+    error_code,
+    stall,
+    gone
+};
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -86,7 +98,8 @@ struct UsbScript final : UsbIo {
     int requests = 0, pipes = 0, opened = 0, closed = 0, alternate = 0;
     bool plugged = true;
 
-    int control(std::uint8_t type, std::uint8_t, std::uint16_t, std::uint8_t* data, int length, int timeout_ms) override {
+    int control(std::uint8_t type, std::uint8_t, std::uint16_t, std::uint8_t* data, int length,
+                int timeout_ms) override {
         if (!plugged) return kUsbGone;
         if (type == 0x40) {
             request_.assign(data, data + length);
@@ -99,9 +112,13 @@ struct UsbScript final : UsbIo {
             case ControlFault::silent:
                 sleep_until_ns(monotonic_ns() + std::int64_t{timeout_ms} * 1'000'000);
                 return kUsbTimeout;
-            case ControlFault::stall: return kUsbStall;
-            case ControlFault::gone: plugged = false; return kUsbGone;
-            default: break;
+            case ControlFault::stall:
+                return kUsbStall;
+            case ControlFault::gone:
+                plugged = false;
+                return kUsbGone;
+            default:
+                break;
         }
         Bytes reply(10);
         reply[0] = 0x52, reply[1] = 0x42;
@@ -168,47 +185,73 @@ struct UsbScript final : UsbIo {
         reply->insert(reply->end(), p, p + n);
     }
     void answer(int opcode, Bytes* reply) {
-        const auto word = [&](int i) { return static_cast<int>(le16(&request_[static_cast<std::size_t>(8 + 2 * i)])); };
+        const auto word = [&](int i) {
+            return static_cast<int>(le16(&request_[static_cast<std::size_t>(8 + 2 * i)]));
+        };
         switch (opcode) {
-            case 0: append(reply, firmware, 4); reply->resize(reply->size() + 8); break;
+            case 0:
+                append(reply, firmware, 4);
+                reply->resize(reply->size() + 8);
+                break;
             case 2: {
                 std::uint8_t v[2];
                 put_le16(v, static_cast<unsigned>(params[word(0)]));
                 append(reply, v, 2);
                 break;
             }
-            case 3: params[word(0)] = word(1); break;
+            case 3:
+                params[word(0)] = word(1);
+                break;
             case 4: {
                 Bytes all(family == SensorFamily::kinect ? 320 : 168);
                 std::memcpy(&all[92], lengths, 16);  // the tests' hosts are little-endian
-                const std::size_t at = family == SensorFamily::kinect ? 0 : std::min<std::size_t>(168, 4 * static_cast<std::size_t>(word(0)));
+                const std::size_t at =
+                    family == SensorFamily::kinect
+                        ? 0
+                        : std::min<std::size_t>(168, 4 * static_cast<std::size_t>(word(0)));
                 // In two pieces, as a long answer comes.
-                const std::size_t n = family == SensorFamily::kinect ? all.size() : std::min<std::size_t>(100, 168 - at);
+                const std::size_t n =
+                    family == SensorFamily::kinect ? all.size() : std::min<std::size_t>(100, 168 - at);
                 append(reply, all.data() + at, n);
                 break;
             }
             case 22: {
                 Bytes all;
                 switch (word(0)) {
-                    case 0: all.resize(2), put_le16(all.data(), static_cast<unsigned>(const_shift)); break;
-                    case 2: case 0x40: all = registration; break;
-                    case 3: case 0x41: all.resize(6); break;
-                    case 0x80: all.resize(4), std::memcpy(all.data(), &mhz, 4); break;
-                    default: break;
+                    case 0:
+                        all.resize(2), put_le16(all.data(), static_cast<unsigned>(const_shift));
+                        break;
+                    case 2:
+                    case 0x40:
+                        all = registration;
+                        break;
+                    case 3:
+                    case 0x41:
+                        all.resize(6);
+                        break;
+                    case 0x80:
+                        all.resize(4), std::memcpy(all.data(), &mhz, 4);
+                        break;
+                    default:
+                        break;
                 }
                 const std::size_t at = std::min(all.size(), 2 * static_cast<std::size_t>(word(4)));
                 append(reply, all.data() + at, all.size() - at);
                 break;
             }
-            case 36: append(reply, presets.data(), presets.size()); break;
+            case 36:
+                append(reply, presets.data(), presets.size());
+                break;
             case 0x95: {
                 if (word(1) & 0x8000) cmos_[word(1) & 0x7fff] = word(2);
                 std::uint8_t v[4];
-                put_le16(v, static_cast<unsigned>(word(1))), put_le16(v + 2, static_cast<unsigned>(cmos_[word(1) & 0x7fff]));
+                put_le16(v, static_cast<unsigned>(word(1))),
+                    put_le16(v + 2, static_cast<unsigned>(cmos_[word(1) & 0x7fff]));
                 append(reply, v, 4);
                 break;
             }
-            default: break;
+            default:
+                break;
         }
     }
     Bytes request_;

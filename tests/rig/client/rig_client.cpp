@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// rig_client: Burin's own capture, any back end by its URI, over emulated sensors. Compares every pixel with what
-// the emulators send (pattern.h), and states with what a stage expects. One line on stdout; exit code 0 only when
-// all was as expected.
+// rig_client: Burin's own capture, any back end by its URI, over emulated sensors. Compares every pixel with
+// what the emulators send (pattern.h), and states with what a stage expects. One line on stdout; exit code 0
+// only when all was as expected.
 #include <fcntl.h>
 #include <malloc.h>
 #include <unistd.h>
@@ -35,7 +35,8 @@ constexpr char kUsage[] =
     "    --damaged-at-least N  and at least so many must be\n"
     "    --reconnects N       so many times it must have come back by itself, each within two seconds\n"
     "    --restarts N         so many times it must have been started again\n"
-    "    --fails CODE         opening, starting or streaming has to fail with this code (timeout, format, ...)\n"
+    "    --fails CODE         opening, starting or streaming has to fail with this code (timeout, format, "
+    "...)\n"
     "    --imu N              at least N samples, all of --imu-is X,Y,Z (m/s2, within 0.01)\n"
     "    --cycles N           opens, streams FRAMES and closes N times, and looks at memory\n"
     "    --fd PATH            hands over an open descriptor of PATH instead of letting the back end open it\n"
@@ -55,19 +56,32 @@ struct Wanted {
 
 const char* code_name(Code code) {
     switch (code) {
-        case Code::ok: return "ok";
-        case Code::invalid_argument: return "invalid_argument";
-        case Code::insufficient_memory: return "insufficient_memory";
-        case Code::io: return "io";
-        case Code::format: return "format";
-        case Code::state: return "state";
-        case Code::unsupported: return "unsupported";
-        case Code::cancelled: return "cancelled";
-        case Code::timeout: return "timeout";
-        case Code::disconnected: return "disconnected";
-        case Code::busy: return "busy";
-        case Code::denied: return "denied";
-        case Code::ended: return "ended";
+        case Code::ok:
+            return "ok";
+        case Code::invalid_argument:
+            return "invalid_argument";
+        case Code::insufficient_memory:
+            return "insufficient_memory";
+        case Code::io:
+            return "io";
+        case Code::format:
+            return "format";
+        case Code::state:
+            return "state";
+        case Code::unsupported:
+            return "unsupported";
+        case Code::cancelled:
+            return "cancelled";
+        case Code::timeout:
+            return "timeout";
+        case Code::disconnected:
+            return "disconnected";
+        case Code::busy:
+            return "busy";
+        case Code::denied:
+            return "denied";
+        case Code::ended:
+            return "ended";
     }
     return "?";
 }
@@ -93,7 +107,8 @@ Comparison comparison_of(const StreamInfo& s) {
         if (s.kind == StreamKind::depth) {
             c.depth.assign(2048, 0);
             for (int r = 0; r < 2047; ++r)
-                c.depth[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(rig::ps_depth_mm(rig::PsConstants(), r));
+                c.depth[static_cast<std::size_t>(r)] =
+                    static_cast<std::uint16_t>(rig::ps_depth_mm(rig::PsConstants(), r));
         }
     } else if (name == "UYVY" || name == "YUYV" || name == "ps-yuv") {
         samples(rig::Layout::u8, 8, 2 * s.width);
@@ -106,8 +121,8 @@ Comparison comparison_of(const StreamInfo& s) {
         samples(rig::Layout::u8, 8, s.width);
     } else if (s.pixels == StreamPixels::u16) {
         const int bits = name.rfind("Y10", 0) == 0 || name == "RW10" || name == "pRAA" || name == "INZI" ? 10
-                         : name.rfind("Y12", 0) == 0                                                    ? 12
-                                                                                                        : 16;
+                         : name.rfind("Y12", 0) == 0                                                     ? 12
+                                                                                                         : 16;
         samples(rig::Layout::u16, bits, s.width);
     }
     return c;
@@ -115,7 +130,9 @@ Comparison comparison_of(const StreamInfo& s) {
 
 std::uint16_t word(const CapturedImage& image, int x, int y) {
     std::uint16_t v;
-    std::memcpy(&v, image.pixels + static_cast<std::size_t>(y) * image.stride_bytes + 2 * static_cast<std::size_t>(x), 2);
+    std::memcpy(
+        &v, image.pixels + static_cast<std::size_t>(y) * image.stride_bytes + 2 * static_cast<std::size_t>(x),
+        2);
     return v;
 }
 
@@ -132,7 +149,8 @@ std::size_t mismatches(const StreamInfo& s, const Comparison& c, const CapturedI
         std::size_t wrong = 0;
         for (int y = 0; y < s.height; ++y)
             for (int i = 0; i < 3 * s.width; ++i)
-                wrong += image.pixels[static_cast<std::size_t>(y) * image.stride_bytes + static_cast<std::size_t>(i)] !=
+                wrong += image.pixels[static_cast<std::size_t>(y) * image.stride_bytes +
+                                      static_cast<std::size_t>(i)] !=
                          rgb[static_cast<std::size_t>(y) * 3 * s.width + static_cast<std::size_t>(i)];
         return wrong;
     }
@@ -141,7 +159,8 @@ std::size_t mismatches(const StreamInfo& s, const Comparison& c, const CapturedI
         for (int y = 0; y < c.format.rows; ++y)
             for (int i = 0; i < c.format.columns; ++i)
                 bytes[static_cast<std::size_t>(y) * c.format.columns + (static_cast<std::size_t>(i) ^ 1)] =
-                    image.pixels[static_cast<std::size_t>(y) * image.stride_bytes + static_cast<std::size_t>(i)];
+                    image.pixels[static_cast<std::size_t>(y) * image.stride_bytes +
+                                 static_cast<std::size_t>(i)];
         std::uint32_t n = 0;
         return rig::pattern_mismatches(c.format, bytes.data(), &n);
     }
@@ -156,7 +175,8 @@ std::size_t mismatches(const StreamInfo& s, const Comparison& c, const CapturedI
     std::uint32_t n = 0;
     for (; n < mask; ++n) {
         bool same = true;
-        for (int x = 0; x < std::min(s.width, 160) && same; ++x) same = word(image, x, 0) == expected(n, x, 0);
+        for (int x = 0; x < std::min(s.width, 160) && same; ++x)
+            same = word(image, x, 0) == expected(n, x, 0);
         if (same) break;
     }
     std::size_t wrong = 0;
@@ -177,8 +197,9 @@ int list() {
             [](void* user, const DeviceEntry& e) {
                 const auto* x = static_cast<Seen*>(user);
                 ++*x->devices;
-                std::printf("%s:%s | %s | serial %s | %s | driver %s | %s | access %d | %s\n", x->backend->name, e.address, e.name,
-                            e.serial, e.location, e.driver, e.formats, static_cast<int>(e.access), e.hint);
+                std::printf("%s:%s | %s | serial %s | %s | driver %s | %s | access %d | %s\n",
+                            x->backend->name, e.address, e.name, e.serial, e.location, e.driver, e.formats,
+                            static_cast<int>(e.access), e.hint);
             },
             &seen);
         if (!s.ok()) std::printf("%s: %s\n", backend.name, s.text());
@@ -199,7 +220,8 @@ struct Totals {
 };
 
 // -1: go on.
-int run_once(const Wanted& w, const SourceBackend& backend, const char* address, Totals* totals, SourceStatistics* statistics) {
+int run_once(const Wanted& w, const SourceBackend& backend, const char* address, Totals* totals,
+             SourceStatistics* statistics) {
     LiveSource source;
     LiveOptions options = w.options;
     int fd = -1;
@@ -224,17 +246,19 @@ int run_once(const Wanted& w, const SourceBackend& backend, const char* address,
         CapturedFrame frame;
         const std::int64_t asked_ns = monotonic_ns();
         do s = source.next(100'000'000, &frame);
-        while ((s.code() == Code::timeout || s.code() == Code::disconnected) && monotonic_ns() - asked_ns < w.timeout_s * 1e9 &&
-               source.state() != SourceState::failed);
-        totals->longest_wait_s = std::max(totals->longest_wait_s, static_cast<double>(monotonic_ns() - asked_ns) * 1e-9);
+        while ((s.code() == Code::timeout || s.code() == Code::disconnected) &&
+               monotonic_ns() - asked_ns < w.timeout_s * 1e9 && source.state() != SourceState::failed);
+        totals->longest_wait_s =
+            std::max(totals->longest_wait_s, static_cast<double>(monotonic_ns() - asked_ns) * 1e-9);
         if (!s.ok()) return failed(w, s, "streaming");
         ++n;
         ++totals->frames;
         for (int i = 0; i < frame.imu_count; ++i) {
             const Vec3d a = frame.imu[i].accel_m_s2;
             ++totals->imu;
-            totals->imu_wrong += w.compare_imu && !(std::abs(a.x - w.imu_is[0]) < 0.01 && std::abs(a.y - w.imu_is[1]) < 0.01 &&
-                                                    std::abs(a.z - w.imu_is[2]) < 0.01);
+            totals->imu_wrong +=
+                w.compare_imu && !(std::abs(a.x - w.imu_is[0]) < 0.01 && std::abs(a.y - w.imu_is[1]) < 0.01 &&
+                                   std::abs(a.z - w.imu_is[2]) < 0.01);
         }
         for (int k = 0; k < kStreamKinds; ++k) {
             const auto kind = static_cast<StreamKind>(k);
@@ -268,7 +292,8 @@ int run(const Wanted& w) {
     for (int cycle = 0; cycle < w.cycles; ++cycle) {
         const int code = run_once(w, *backend, address, &totals, &statistics);
         if (code >= 0) return code;
-        for (const StreamStatistics& s : statistics.streams) lost += static_cast<long>(s.lost), damaged += static_cast<long>(s.damaged);
+        for (const StreamStatistics& s : statistics.streams)
+            lost += static_cast<long>(s.lost), damaged += static_cast<long>(s.damaged);
         if (cycle == std::min(10, w.cycles - 1)) after_first = mallinfo2().uordblks;
     }
     const int files_after = ::dup(0);
@@ -277,20 +302,28 @@ int run(const Wanted& w) {
     std::string images;
     for (int k = 0; k < kStreamKinds; ++k)
         if (w.options.device.streams & 1u << k)
-            images += std::string(" ") + stream_name(static_cast<StreamKind>(k)) + " " + std::to_string(totals.images[k]) + " of " +
+            images += std::string(" ") + stream_name(static_cast<StreamKind>(k)) + " " +
+                      std::to_string(totals.images[k]) + " of " +
                       std::to_string(statistics.streams[k].captured);
-    std::printf("%zu frames,%s, wrong samples %zu, lost %ld, damaged %ld, reconnects %llu, restarts %llu, imu %zu, longest wait %.2f s, "
-                "wait p50 %.2f ms",
-                totals.frames, images.c_str(), totals.wrong, lost, damaged, static_cast<unsigned long long>(statistics.reconnects),
-                static_cast<unsigned long long>(statistics.restarts), totals.imu, totals.longest_wait_s, statistics.wait_p50_ms);
-    if (w.cycles > 1) std::printf(", %d cycles, memory %+ld bytes, descriptors %+d", w.cycles, grown, files_after - files_before);
+    std::printf(
+        "%zu frames,%s, wrong samples %zu, lost %ld, damaged %ld, reconnects %llu, restarts %llu, imu %zu, "
+        "longest wait %.2f s, "
+        "wait p50 %.2f ms",
+        totals.frames, images.c_str(), totals.wrong, lost, damaged,
+        static_cast<unsigned long long>(statistics.reconnects),
+        static_cast<unsigned long long>(statistics.restarts), totals.imu, totals.longest_wait_s,
+        statistics.wait_p50_ms);
+    if (w.cycles > 1)
+        std::printf(", %d cycles, memory %+ld bytes, descriptors %+d", w.cycles, grown,
+                    files_after - files_before);
     const auto wrong = [](const char* what) { return std::printf("; wrong: %s\n", what), 1; };
     if (!w.fails.empty()) return wrong("it did not fail");
     if (totals.wrong > 0) return wrong("pixels");
     if (totals.unknown > 0) return wrong("no pattern is known for a format");
     // Under emulation, images of two streams are seldom near enough in time to be one frame.
     for (int k = 0; k < kStreamKinds && w.frames > 0; ++k)
-        if ((w.options.device.streams & 1u << k) && statistics.streams[k].captured == 0) return wrong("a stream without images");
+        if ((w.options.device.streams & 1u << k) && statistics.streams[k].captured == 0)
+            return wrong("a stream without images");
     if (lost + damaged > w.damaged) return wrong("too much is damaged");
     if (lost + damaged < w.damaged_at_least) return wrong("too little is damaged");
     if (static_cast<long>(statistics.reconnects) != w.reconnects) return wrong("reconnects");
@@ -303,10 +336,16 @@ int run(const Wanted& w) {
 }
 
 void log_line(void*, LogLevel level, const char* line) {
-    std::fprintf(stderr, "%s: %s\n", level == LogLevel::error ? "error" : level == LogLevel::warning ? "warning" : "info", line);
+    std::fprintf(stderr, "%s: %s\n",
+                 level == LogLevel::error     ? "error"
+                 : level == LogLevel::warning ? "warning"
+                                              : "info",
+                 line);
 }
 
-bool parse_size(const char* text, int* width, int* height) { return std::sscanf(text, "%dx%d", width, height) == 2; }
+bool parse_size(const char* text, int* width, int* height) {
+    return std::sscanf(text, "%dx%d", width, height) == 2;
+}
 
 bool parse(int argc, char** argv, Wanted* w) {
     if (argc < 3) return false;
