@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "../emulators/d4xx.h"
 #include "../emulators/ps_protocol.h"
 #include "../pattern.h"
 #include "api/capture_backends.h"
@@ -43,6 +44,8 @@ constexpr char kUsage[] =
     "    --uid N              as this user\n"
     "    --timeout S          for one frame; default 10\n"
     "    --plain              no pattern in it\n"
+    "    --d4xx               intrinsics and extrinsic are those of the emulated D4xx's tables\n"
+    "    --nominal            no stream is calibrated\n"
     "    --log                log lines of the source on stderr\n";
 
 struct Wanted {
@@ -51,7 +54,7 @@ struct Wanted {
     int frames = 0, cycles = 1, imu = 0;
     long damaged = 0, damaged_at_least = 0, reconnects = 0, restarts = 0;
     double timeout_s = 10, imu_is[3] = {};
-    bool plain = false, compare_imu = false, log = false;
+    bool plain = false, compare_imu = false, log = false, d4xx = false, nominal = false;
 };
 
 const char* code_name(Code code) {
@@ -92,6 +95,9 @@ struct Comparison {
     std::vector<std::uint16_t> depth;  // of readings, when images hold their depths
     bool swapped = false;              // bytes of each pair have changed places (UYVY as YUYV)
     bool mosaic = false;               // the image is RGB out of a mosaic
+    bool yuv = false, jpeg = false;    // the image is RGB out of these
+    int step = 1, phase = 0;           // every so manieth sample, from this one on: one image of two
+    int first_row = 0;                 // behind another plane
     bool known = false;
 };
 
@@ -113,10 +119,21 @@ Comparison comparison_of(const StreamInfo& s) {
     } else if (name == "UYVY" || name == "YUYV" || name == "ps-yuv") {
         samples(rig::Layout::u8, 8, 2 * s.width);
         c.swapped = name != "YUYV";
-        if (s.colour_format != PixelFormat::yuyv) c.known = false;
-    } else if (name == "GRBG" || name == "ps-GRBG") {
+        c.yuv = s.colour_format == PixelFormat::rgb8;
+        c.swapped = c.swapped && !c.yuv;
+    } else if (name == "MJPG") {
+        samples(rig::Layout::u8, 8, s.width);
+        c.jpeg = true;
+    } else if (name == "GRBG" || name == "ps-GRBG" || name == "GRBG8") {
         samples(rig::Layout::u8, 8, s.width);
         c.mosaic = true;
+    } else if (name == "Y8I" || name == "Y12I") {
+        samples(rig::Layout::u16, name == "Y8I" ? 8 : 12, s.width);
+        c.step = 2;
+        c.phase = s.kind == StreamKind::infrared_right;
+    } else if (name == "INZI" && s.kind == StreamKind::depth) {
+        samples(rig::Layout::u16, 16, s.width);
+        c.first_row = s.height;
     } else if (s.pixels == StreamPixels::u8) {
         samples(rig::Layout::u8, 8, s.width);
     } else if (s.pixels == StreamPixels::u16) {
@@ -136,9 +153,71 @@ std::uint16_t word(const CapturedImage& image, int x, int y) {
     return v;
 }
 
+// Of RGB images: those of `expected`(n), an image of frame n, that are off by more than `allowed`; n is the
+// one whose first rows fit best.
+template <class Expected>
+std::size_t rgb_mismatches(const StreamInfo& s, const CapturedImage& image, int frames, int allowed,
+                           Expected&& expected) {
+    const auto wrong = [&](int n, int rows) {
+        const std::vector<std::uint8_t> rgb = expected(n);
+        std::size_t count = 0;
+        for (int y = 0; y < rows; ++y)
+            for (int i = 0; i < 3 * s.width; ++i)
+                count +=
+                    std::abs(image.pixels[static_cast<std::size_t>(y) * image.stride_bytes +
+                                          static_cast<std::size_t>(i)] -
+                             rgb[static_cast<std::size_t>(y) * 3 * s.width + static_cast<std::size_t>(i)]) >
+                    allowed;
+        return count;
+    };
+    int best = 0;
+    std::size_t least = SIZE_MAX;
+    for (int n = 0; n < frames && least > 0; ++n)
+        if (const std::size_t count = wrong(n, 1); count < least) best = n, least = count;
+    return wrong(best, s.height);
+}
+
+std::vector<std::uint8_t> uyvy_as_rgb(const StreamInfo& s, const rig::Format& format, int n) {
+    std::vector<std::uint8_t> raw(rig::format_bytes(format)),
+        rgb(static_cast<std::size_t>(3) * s.width * s.height);
+    rig::pattern_fill(format, static_cast<std::uint32_t>(n), raw.data());
+    simd::scalar::yuv422_to_rgb(simd::Yuv422::uyvy, raw.data(), raw.size(), s.width * s.height, rgb.data());
+    return rgb;
+}
+
+std::vector<std::uint8_t> jpeg_as_rgb(const StreamInfo& s, int n) {
+    std::vector<std::uint8_t> rgb;
+    for (int y = 0; y < s.height; ++y)
+        for (int x = 0; x < s.width; ++x)
+            rgb.insert(rgb.end(), 3,
+                       rig::pattern_jpeg_grey(static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(x),
+                                              static_cast<std::uint32_t>(y)));
+    return rgb;
+}
+
+// One of the images that lie in one another or behind each other.
+std::size_t part_mismatches(const StreamInfo& s, const Comparison& c, const CapturedImage& image) {
+    const auto sample = [&](int x, int y) -> std::uint32_t {
+        if (s.pixels == StreamPixels::u16) return word(image, x, y);
+        return image.pixels[static_cast<std::size_t>(y) * image.stride_bytes + static_cast<std::size_t>(x)];
+    };
+    const auto offset = [&](int x, int y) {
+        return rig::pattern_offset(static_cast<std::uint32_t>(c.step * x + c.phase),
+                                   static_cast<std::uint32_t>(c.first_row + y));
+    };
+    const std::uint32_t mask = (1u << c.format.bits) - 1, n = sample(0, 0) - offset(0, 0);
+    std::size_t wrong = 0;
+    for (int y = 0; y < s.height; ++y)
+        for (int x = 0; x < s.width; ++x) wrong += sample(x, y) != ((n + offset(x, y)) & mask);
+    return wrong;
+}
+
 // Samples that differ from the pattern of the frame that fits best.
 std::size_t mismatches(const StreamInfo& s, const Comparison& c, const CapturedImage& image) {
     const std::uint32_t mask = (1u << c.format.bits) - 1;
+    if (c.yuv) return rgb_mismatches(s, image, 256, 0, [&](int n) { return uyvy_as_rgb(s, c.format, n); });
+    if (c.jpeg) return rgb_mismatches(s, image, 24, 4, [&](int n) { return jpeg_as_rgb(s, n); });
+    if (c.step > 1 || c.first_row > 0) return part_mismatches(s, c, image);
     if (c.mosaic) {
         const std::uint32_t n = image.pixels[1];  // the first pixel is green
         std::vector<std::uint8_t> raw(static_cast<std::size_t>(s.width) * s.height), rgb(3 * raw.size());
@@ -208,6 +287,28 @@ int list() {
     return 0;
 }
 
+bool near(double a, double b) { return std::abs(a - b) < 1e-3; }
+
+// What the device says of its cameras arrived.
+bool d4xx_is_true(const DeviceInfo& info) {
+    const rig::D4xxTruth t;
+    const StreamInfo &depth = info.at(StreamKind::depth), &colour = info.at(StreamKind::colour);
+    const Camera &d = depth.camera, &c = colour.camera;
+    const double k = depth.height / 480.0;
+    return depth.calibrated && colour.calibrated && near(d.fx, t.fx * k) && near(d.fy, t.fy * k) &&
+           near(d.cx, t.cx * k) && near(d.cy, t.cy * k) && near(c.fx, t.colour_fx) &&
+           near(c.fy, t.colour_fy) && near(c.cx, t.colour_cx) && near(c.cy, t.colour_cy) &&
+           near(colour.T_stream_depth.t.x, t.colour_t_mm[0] * 1e-3) &&
+           near(colour.T_stream_depth.t.y, t.colour_t_mm[1] * 1e-3) &&
+           near(colour.T_stream_depth.t.z, t.colour_t_mm[2] * 1e-3);
+}
+
+bool all_nominal(const DeviceInfo& info) {
+    for (const StreamInfo& s : info.streams)
+        if (s.calibrated) return false;
+    return true;
+}
+
 int failed(const Wanted& w, const Status& s, const char* where) {
     const bool expected = w.fails == code_name(s.code());
     std::printf("%s%s: %s: %s\n", expected ? "" : "unexpected ", where, code_name(s.code()), s.text());
@@ -238,6 +339,8 @@ int run_once(const Wanted& w, const SourceBackend& backend, const char* address,
     } closer = {fd};
     Status s = source.open(backend, address, options);
     if (!s.ok()) return failed(w, s, "open");
+    if (w.d4xx && !d4xx_is_true(source.info())) return std::printf("not the calibration of the device\n"), 1;
+    if (w.nominal && !all_nominal(source.info())) return std::printf("calibrated, by nonsense\n"), 1;
     s = source.start();
     if (!s.ok()) return failed(w, s, "start");
     Comparison comparisons[kStreamKinds];
@@ -357,6 +460,10 @@ bool parse(int argc, char** argv, Wanted* w) {
         const std::string a = argv[i];
         if (a == "--plain") {
             w->plain = true;
+            continue;
+        }
+        if (a == "--d4xx" || a == "--nominal") {
+            (a == "--d4xx" ? w->d4xx : w->nominal) = true;
             continue;
         }
         if (a == "--log") {
