@@ -105,7 +105,7 @@ Status FileDataset::load(int index, Frame* out) const {
     }
     out->t_ns = files.t_ns;
     out->depth_unit_m = is_povray(files.depth_path) ? 1.0 : 1.0 / list_.cameras.depth_scale;
-    out->min_confidence = list_.min_confidence;
+    out->min_confidence = out->confidence.empty() ? std::uint8_t{0} : list_.min_confidence;
     const FrameCameras cameras = cameras_of(files);
     out->depth_camera = cameras.depth;
     out->colour_camera = cameras.colour;
@@ -149,7 +149,7 @@ Result<std::unique_ptr<Dataset>> make_file_dataset(FileList list) {
         BURIN_TRY(fill_size(list.frames[0].depth_path, &cameras.depth));
     if (first_colour)
         BURIN_TRY(fill_size(*first_colour, &cameras.colour));
-    else if (!list.video)
+    else if (cameras.colour.width == 0 || cameras.colour.height == 0)
         cameras.colour.width = cameras.depth.width, cameras.colour.height = cameras.depth.height;
     for (const auto& [camera, what] :
          {std::pair(&cameras.depth, "depth"), std::pair(&cameras.colour, "colour")})

@@ -92,6 +92,7 @@ Status PackedDataset::load(int index, Frame* out) const {
         clear(&out->colour);
         return status;
     }
+    out->min_confidence = 0;
     out->t_ns = frame.t_ns;
     out->colour_t_ns = frame.colour_t_ns;
     out->depth_unit_m = 1.0 / list_.cameras.depth_scale;

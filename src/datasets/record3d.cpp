@@ -246,7 +246,7 @@ Status Record3d::load(int index, Frame* out) const {
     const Camera camera = colour_camera(frame);
     out->t_ns = out->colour_t_ns = t_ns_[static_cast<std::size_t>(index)];
     out->depth_unit_m = 1;
-    out->min_confidence = kDefaultMinConfidence;
+    out->min_confidence = out->confidence.empty() ? std::uint8_t{0} : kDefaultMinConfidence;
     out->depth_camera = scaled_camera(camera, meta_.depth_width, meta_.depth_height);
     out->colour_camera =
         out->colour.empty() ? camera : scaled_camera(camera, out->colour.width, out->colour.height);

@@ -10,6 +10,7 @@ extern "C" {
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <mutex>
 #include <vector>
 
@@ -44,6 +45,9 @@ class FfmpegVideo final : public Video {
     Status load(int index, Image<std::uint8_t>* out) override;
 
   private:
+    struct Key {
+        std::int64_t shown, decoded;  // stamps
+    };
     struct Kept {
         int index = -1;
         Image<std::uint8_t> image;
@@ -54,8 +58,10 @@ class FfmpegVideo final : public Video {
     Status list_stamps();
     Status open_codec();
     Status seek(int index);
-    Status decode_next();  // the next picture into the kept ones; next_ is its number plus one
+    Result<bool> decode_next();  // the next picture into the kept ones, next_ past it; false at the end
+    Status reach(int index);
     Status keep();
+    const Kept* kept(int index) const;  // null: not among them
 
     std::string path_;
     AVFormatContext* input_ = nullptr;
@@ -65,6 +71,7 @@ class FfmpegVideo final : public Video {
     SwsContext* scaler_ = nullptr;
     int stream_ = -1;
     std::vector<std::int64_t> stamps_;  // of display, rising
+    std::vector<Key> keys_;             // likewise
     std::mutex mutex_;
     std::array<Kept, kKept> kept_;
     std::size_t oldest_ = 0;
@@ -104,10 +111,13 @@ Status FfmpegVideo::list_stamps() {
                 return Status::error(Code::format, "%s: picture %zu has no time stamp, expected one each",
                                      path_.c_str(), stamps_.size());
             stamps_.push_back(packet_->pts);
+            if (packet_->flags & AV_PKT_FLAG_KEY)
+                keys_.push_back({packet_->pts, packet_->dts == AV_NOPTS_VALUE ? packet_->pts : packet_->dts});
         }
         av_packet_unref(packet_);
     }
     std::sort(stamps_.begin(), stamps_.end());
+    std::sort(keys_.begin(), keys_.end(), [](const Key& a, const Key& b) { return a.shown < b.shown; });
     if (stamps_.empty() || std::adjacent_find(stamps_.begin(), stamps_.end()) != stamps_.end())
         return Status::error(Code::format,
                              "%s: %zu pictures, some at one time, expected at least 1, one at a time",
@@ -118,7 +128,11 @@ Status FfmpegVideo::list_stamps() {
 Status FfmpegVideo::open(const std::string& path) {
     path_ = path;
     av_log_set_level(AV_LOG_QUIET);  // what goes wrong is said once, by us
-    int error = avformat_open_input(&input_, path.c_str(), nullptr, nullptr);
+    // Every picture that is stored counts, also what an edit list would hide.
+    AVDictionary* options = nullptr;
+    av_dict_set(&options, "ignore_editlist", "1", 0);
+    int error = avformat_open_input(&input_, path.c_str(), nullptr, &options);
+    av_dict_free(&options);
     if (error < 0) return fail("is no video", error);
     error = avformat_find_stream_info(input_, nullptr);
     if (error < 0) return fail("is no whole video", error);
@@ -128,9 +142,13 @@ Status FfmpegVideo::open(const std::string& path) {
     return list_stamps();
 }
 
+// To the last key picture that is shown at or before it. Files are in order of decoding, and so is the jump.
 Status FfmpegVideo::seek(int index) {
     const std::int64_t stamp = stamps_[static_cast<std::size_t>(index)];
-    const int error = av_seek_frame(input_, stream_, stamp, AVSEEK_FLAG_BACKWARD);
+    const auto after = std::upper_bound(keys_.begin(), keys_.end(), stamp,
+                                        [](std::int64_t t, const Key& key) { return t < key.shown; });
+    const std::int64_t target = after == keys_.begin() ? stamps_.front() : std::prev(after)->decoded;
+    const int error = av_seek_frame(input_, stream_, target, AVSEEK_FLAG_BACKWARD);
     if (error < 0) return fail("cannot go back in it", error);
     avcodec_flush_buffers(codec_);
     drained_ = false;
@@ -159,23 +177,26 @@ Status FfmpegVideo::keep() {
     const int matrix = frame_->colorspace == AVCOL_SPC_UNSPECIFIED ? SWS_CS_ITU709 : frame_->colorspace;
     sws_setColorspaceDetails(scaler_, sws_getCoefficients(matrix), frame_->color_range == AVCOL_RANGE_JPEG,
                              sws_getCoefficients(SWS_CS_ITU709), 1, 0, 1 << 16, 1 << 16);
-    Kept& kept = kept_[oldest_];
+    Kept& slot = kept_[oldest_];
     oldest_ = (oldest_ + 1) % kKept;
-    kept.index = static_cast<int>(found - stamps_.begin());
-    next_ = kept.index + 1;
-    if (kept.image.empty()) kept.image = Image<std::uint8_t>(frame_->width, frame_->height, 3);
-    std::uint8_t* const rows[4] = {kept.image.pixels.data()};
+    slot.index = static_cast<int>(found - stamps_.begin());
+    next_ = slot.index + 1;
+    if (slot.image.empty()) slot.image = Image<std::uint8_t>(frame_->width, frame_->height, 3);
+    std::uint8_t* const rows[4] = {slot.image.pixels.data()};
     const int strides[4] = {3 * frame_->width};
     sws_scale(scaler_, frame_->data, frame_->linesize, 0, frame_->height, rows, strides);
     return {};
 }
 
-Status FfmpegVideo::decode_next() {
+Result<bool> FfmpegVideo::decode_next() {
     while (true) {
         int error = avcodec_receive_frame(codec_, frame_);
-        if (error == 0) return keep();
-        if (error != AVERROR(EAGAIN) || drained_)
-            return fail("has fewer whole pictures than its index says", error);
+        if (error == 0) {
+            BURIN_TRY(keep());
+            return true;
+        }
+        if (error == AVERROR_EOF) return false;
+        if (error != AVERROR(EAGAIN) || drained_) return fail("is damaged", error);
         error = av_read_frame(input_, packet_);
         if (error == AVERROR_EOF) {
             drained_ = true;
@@ -189,6 +210,32 @@ Status FfmpegVideo::decode_next() {
     }
 }
 
+const FfmpegVideo::Kept* FfmpegVideo::kept(int index) const {
+    const auto found =
+        std::find_if(kept_.begin(), kept_.end(), [index](const Kept& k) { return k.index == index; });
+    return found == kept_.end() ? nullptr : &*found;
+}
+
+// Goes forward until the picture is kept. Pictures that are shown before the key picture that a jump ended at
+// may need one further back, and the codec leaves them out: then the jump is done again, longer.
+Status FfmpegVideo::reach(int index) {
+    // Past some seconds of pictures a jump is cheaper than decoding what lies between.
+    constexpr int kFarAhead = 120;
+    int back = 0;
+    if (index < next_ || index > next_ + kFarAhead) BURIN_TRY(seek(index));
+    while (true) {
+        const Result<bool> got = decode_next();
+        if (!got) return got.status();
+        if (*got && next_ <= index) continue;
+        if (*got && next_ == index + 1) return {};
+        if (back > index)
+            return Status::error(Code::format, "%s: picture %d does not come, expected all %d of its index",
+                                 path_.c_str(), index, frame_count());
+        back = back == 0 ? 8 : 4 * back;
+        BURIN_TRY(seek(std::max(0, index - back)));
+    }
+}
+
 Status FfmpegVideo::load(int index, Image<std::uint8_t>* out) {
     const std::lock_guard lock(mutex_);
     out->pixels.clear();
@@ -196,23 +243,12 @@ Status FfmpegVideo::load(int index, Image<std::uint8_t>* out) {
     if (index < 0 || index >= frame_count())
         return Status::error(Code::format, "%s: %d pictures, expected one for frame %d", path_.c_str(),
                              frame_count(), index);
-    const auto is_it = [index](const Kept& k) { return k.index == index; };
-    auto found = std::find_if(kept_.begin(), kept_.end(), is_it);
-    // Past some seconds of pictures a jump is cheaper than decoding what lies between.
-    constexpr int kFarAhead = 120;
-    if (found == kept_.end() && (index < next_ || index > next_ + kFarAhead)) BURIN_TRY(seek(index));
-    for (int i = 0; found == kept_.end(); ++i) {
-        if (i > frame_count())
-            return Status::error(Code::format, "%s: picture %d does not come, expected all of its index",
-                                 path_.c_str(), index);
-        if (const Status status = decode_next(); !status) {
-            // The next one to ask begins anew.
-            next_ = frame_count();
+    if (!kept(index))
+        if (const Status status = reach(index); !status) {
+            next_ = frame_count();  // the next one to ask begins with a jump
             return status;
         }
-        found = std::find_if(kept_.begin(), kept_.end(), is_it);
-    }
-    *out = found->image;
+    *out = kept(index)->image;
     return {};
 }
 
