@@ -81,7 +81,7 @@ Status read_cameras(FileList* list) {
     return {};
 }
 
-Status read_frames(const std::string& folder, FileList* list) {
+Status read_frames(const std::string& folder, FileList* list, int* rows) {
     std::string text;
     BURIN_TRY(read_text(folder + "/odometry.csv", &text));
     const Result<std::vector<StrayPose>> poses = parse_stray_odometry(text, folder + "/odometry.csv");
@@ -105,6 +105,7 @@ Status read_frames(const std::string& folder, FileList* list) {
         }
         list->frames.push_back(std::move(frame));
     }
+    *rows = row;
     const std::string of = " of " + std::to_string(poses->size());
     if (without_depth > 0)
         list->notes += std::to_string(without_depth) + of + " frames left out: no depth image\n";
@@ -127,8 +128,12 @@ Result<std::unique_ptr<Dataset>> open_stray(const std::string& folder) {
     FileList list;
     list.format = "stray";
     list.folder = folder;
-    BURIN_TRY(read_frames(folder, &list));
+    int rows = 0;
+    BURIN_TRY(read_frames(folder, &list, &rows));
     BURIN_TRY(read_cameras(&list));
+    if (list.video && list.video->frame_count() > rows)
+        list.notes += "rgb.mp4 has " + std::to_string(list.video->frame_count()) + " pictures for " +
+                      std::to_string(rows) + " rows of odometry.csv: the first ones are taken\n";
     if (!list.video)
         for (FrameFiles& frame : list.frames) frame.video_picture = -1;
     if (list.video && list.frames.back().video_picture >= list.video->frame_count())
