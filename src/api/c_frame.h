@@ -39,6 +39,11 @@ inline burin_frame c_frame(const Frame& f) {
     out.depth_unit_m = f.depth_unit_m;
     out.depth_camera = c_camera(f.depth_camera);
     out.T_world_camera = c_pose(f.T_world_camera);
+    if (!f.confidence.empty()) {
+        out.confidence = f.confidence.pixels.data();
+        out.confidence_stride_bytes = static_cast<std::uint64_t>(f.depth_camera.width);
+        out.min_confidence = f.min_confidence;
+    }
     if (!f.imu.empty()) {
         out.imu =
             reinterpret_cast<const burin_imu_sample*>(f.imu.data());  // the same layout, see frame_check.cpp

@@ -46,6 +46,11 @@ struct Frame {
     double depth_unit_m = 0.001;
     Camera depth_camera;
 
+    // A level for each depth pixel, empty when the sensor gives none; depth of less than min_confidence
+    // counts as none. ARKit's levels are 0 low, 1 medium, 2 high.
+    Image<std::uint8_t> confidence;
+    std::uint8_t min_confidence = 0;
+
     // RGB, 3 channels, sRGB. Empty when the frame has no colour.
     Image<std::uint8_t> colour;
     Camera colour_camera;

@@ -130,6 +130,7 @@ void add_synth(CLI::App& app, int* exit);
 void add_mesh(CLI::App& app, int* exit);
 void add_planes(CLI::App& app, int* exit);
 void add_render(CLI::App& app, int* exit);
+void add_convert(CLI::App& app, int* exit);
 void add_eval(CLI::App& app, int* exit);
 void add_eval_planes(CLI::App& eval, int* exit);
 void add_devices(CLI::App& app, int* exit);

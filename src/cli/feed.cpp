@@ -16,8 +16,9 @@ namespace {
 class DatasetFeed final : public FrameFeed {
   public:
     // Decoding a VGA pair takes about 8 ms on one core; a few frames ahead hide its jitter.
-    DatasetFeed(std::unique_ptr<Dataset> dataset, const Camera& depth, int begin, int end)
-        : dataset_(std::move(dataset)),
+    DatasetFeed(std::unique_ptr<Dataset> dataset, const Camera& depth, int begin, int end, int min_confidence)
+        : min_confidence_(min_confidence),
+          dataset_(std::move(dataset)),
           depth_(depth),
           total_(end - begin),
           prefetcher_(*dataset_, begin, end, 4, 1) {}
@@ -26,6 +27,7 @@ class DatasetFeed final : public FrameFeed {
         const Result<bool> got = prefetcher_.next(&frame_);
         if (!got.ok() || !*got) return got;
         out->view = c_frame(frame_);
+        if (min_confidence_ >= 0) out->view.min_confidence = static_cast<std::uint32_t>(min_confidence_);
         out->has_pose = frame_.has_pose;
         out->arrived_ns = 0;
         return true;
@@ -37,6 +39,7 @@ class DatasetFeed final : public FrameFeed {
     std::string notes() override { return dataset_->notes(); }
 
   private:
+    int min_confidence_;
     std::unique_ptr<Dataset> dataset_;
     Camera depth_;
     int total_;
@@ -66,6 +69,8 @@ class SourceFeed final : public FrameFeed {
             if (index_ < options_.begin || !captured.images[BURIN_STREAM_DEPTH].data) continue;
             if (burin_frame_of_capture(source_.get(), &captured, &out->view) != BURIN_OK)
                 return Status::error(Code::state, "%s", burin_source_error(source_.get()));
+            if (options_.min_confidence >= 0)
+                out->view.min_confidence = static_cast<std::uint32_t>(options_.min_confidence);
             out->has_pose = false;
             out->arrived_ns = 0;
             for (const burin_image& image : captured.images)
@@ -128,8 +133,8 @@ Result<std::unique_ptr<FrameFeed>> open_dataset_feed(const FeedOptions& o) {
     // The first frame tells the size that the map has to make room for.
     Frame first;
     BURIN_TRY((*dataset)->load(o.begin, &first));
-    return std::unique_ptr<FrameFeed>(
-        std::make_unique<DatasetFeed>(std::move(*dataset), first.depth_camera, o.begin, end));
+    return std::unique_ptr<FrameFeed>(std::make_unique<DatasetFeed>(std::move(*dataset), first.depth_camera,
+                                                                    o.begin, end, o.min_confidence));
 }
 
 Result<std::unique_ptr<FrameFeed>> open_source_feed(const FeedOptions& o) {

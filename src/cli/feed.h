@@ -37,6 +37,7 @@ struct FeedOptions {
     int begin = 0, end = 1000000000;  // frames
     double seconds = 0;               // of a sensor: when to stop; 0: when interrupted
     bool quiet = false;
+    int min_confidence = -1;  // depth of less is ignored; -1: what the source says
     SourceFlags source;
     std::string record;  // of a sensor: a folder for a recording of what comes
 };

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
     add_mesh(app, &exit);
     add_planes(app, &exit);
     add_render(app, &exit);
+    add_convert(app, &exit);
     add_eval(app, &exit);
     add_devices(app, &exit);
     add_record(app, &exit);
@@ -34,7 +35,7 @@ int main(int argc, char** argv) {
     }
     if (app.get_subcommands().empty())
         return complain(kBadInput,
-                        "no command, expected fuse, scan, synth, mesh, planes, render, eval, devices, "
-                        "record or config (see burin --help)");
+                        "no command, expected fuse, scan, synth, mesh, planes, render, convert, eval, "
+                        "devices, record or config (see burin --help)");
     return exit;
 }

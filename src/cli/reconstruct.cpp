@@ -271,6 +271,11 @@ void ReconstructOptions::add_to(CLI::App& app) {
     app.add_option("-o,--output", output, "folder for the results")->required();
     app.add_option("--format", feed.format, "layout of the data set (recognised by itself otherwise)");
     app.add_option("--frames", frames, "A:B, only frames A..B-1");
+    app.add_option("--min-confidence", feed.min_confidence,
+                   "ignore depth of less confidence; phones: 0 low, 1 medium, 2 high (default 1: what ARKit "
+                   "calls low is "
+                   "mostly wrong)")
+        ->check(CLI::Range(0, 255));
     app.add_option("--mesh", mesh_name, "name of the mesh file: .ply .obj .glb .stl")->capture_default_str();
     app.add_option("--resume", resume, "a map.burin to go on from");
     app.add_option("--store", store, "a file for the chunks that find no room in the budget");

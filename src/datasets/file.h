@@ -23,6 +23,8 @@ Status read_file(const std::string& path, std::size_t max_bytes, std::string* ou
 
 bool is_file(const std::string& path);
 bool is_folder(const std::string& path);
+// Capital letters count as small ones.
+bool has_ending(std::string_view path, std::string_view small_ending);
 // Names (not paths) in a folder, sorted by their first number, then by name: 2.png before 10.png. Empty when
 // the folder cannot be read.
 std::vector<std::string> list_folder(const std::string& path);

@@ -39,12 +39,16 @@ class FileDataset final : public Dataset {
   private:
     Status load_depth(const FrameFiles& files, Frame* out) const;
     Status load_images(const FrameFiles& files, Frame* out) const;
+    Status load_confidence(const FrameFiles& files, Frame* out) const;
+    FrameCameras cameras_of(const FrameFiles& files) const {
+        return files.cameras ? *files.cameras : FrameCameras{list_.cameras.depth, list_.cameras.colour};
+    }
 
     FileList list_;
 };
 
 Status FileDataset::load_depth(const FrameFiles& files, Frame* out) const {
-    const Camera& camera = list_.cameras.depth;
+    const Camera camera = cameras_of(files).depth;
     if (!is_povray(files.depth_path)) {
         clear(&out->depth_f32);
         BURIN_TRY(read_depth(files.depth_path, &out->depth_u16));
@@ -58,13 +62,23 @@ Status FileDataset::load_depth(const FrameFiles& files, Frame* out) const {
 
 Status FileDataset::load_images(const FrameFiles& files, Frame* out) const {
     BURIN_TRY(load_depth(files, out));
+    BURIN_TRY(load_confidence(files, out));
+    if (files.video_picture >= 0) return list_.video->load(files.video_picture, &out->colour);
     if (files.colour_path.empty()) {
         clear(&out->colour);
         return {};
     }
     BURIN_TRY(read_rgb(files.colour_path, &out->colour));
-    return check_size(files.colour_path, out->colour.width, out->colour.height, list_.cameras.colour,
+    return check_size(files.colour_path, out->colour.width, out->colour.height, cameras_of(files).colour,
                       "colour");
+}
+
+Status FileDataset::load_confidence(const FrameFiles& files, Frame* out) const {
+    clear(&out->confidence);
+    if (files.confidence_path.empty()) return {};
+    BURIN_TRY(read_confidence(files.confidence_path, list_.confidence_scale, &out->confidence));
+    return check_size(files.confidence_path, out->confidence.width, out->confidence.height,
+                      cameras_of(files).depth, "confidence");
 }
 
 Status FileDataset::load(int index, Frame* out) const {
@@ -85,13 +99,16 @@ Status FileDataset::load(int index, Frame* out) const {
         clear(&out->depth_u16);
         clear(&out->depth_f32);
         clear(&out->colour);
+        clear(&out->confidence);
         out->imu.clear();
         return status;
     }
     out->t_ns = files.t_ns;
     out->depth_unit_m = is_povray(files.depth_path) ? 1.0 : 1.0 / list_.cameras.depth_scale;
-    out->depth_camera = list_.cameras.depth;
-    out->colour_camera = list_.cameras.colour;
+    out->min_confidence = out->confidence.empty() ? std::uint8_t{0} : list_.min_confidence;
+    const FrameCameras cameras = cameras_of(files);
+    out->depth_camera = cameras.depth;
+    out->colour_camera = cameras.colour;
     out->colour_t_ns = files.colour_t_ns;
     out->T_colour_depth = list_.cameras.T_colour_depth;
     out->has_pose = files.has_pose;
@@ -121,7 +138,7 @@ Result<std::unique_ptr<Dataset>> make_file_dataset(FileList list) {
                              list.cameras.depth_scale);
     const std::string* first_colour = nullptr;
     for (const FrameFiles& frame : list.frames) {
-        for (const std::string* path : {&frame.depth_path, &frame.colour_path})
+        for (const std::string* path : {&frame.depth_path, &frame.colour_path, &frame.confidence_path})
             if (!path->empty() && !is_file(*path))
                 return Status::error(Code::io, "%s: is not there, expected an image of frame %td",
                                      path->c_str(), &frame - list.frames.data());
@@ -132,7 +149,7 @@ Result<std::unique_ptr<Dataset>> make_file_dataset(FileList list) {
         BURIN_TRY(fill_size(list.frames[0].depth_path, &cameras.depth));
     if (first_colour)
         BURIN_TRY(fill_size(*first_colour, &cameras.colour));
-    else
+    else if (cameras.colour.width == 0 || cameras.colour.height == 0)
         cameras.colour.width = cameras.depth.width, cameras.colour.height = cameras.depth.height;
     for (const auto& [camera, what] :
          {std::pair(&cameras.depth, "depth"), std::pair(&cameras.colour, "colour")})

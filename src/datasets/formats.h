@@ -29,6 +29,23 @@ Result<std::unique_ptr<Dataset>> open_redwood(const std::string& folder);
 bool looks_like_slambook(const std::string& folder);
 Result<std::unique_ptr<Dataset>> open_slambook(const std::string& folder);
 
+bool looks_like_stray(const std::string& folder);
+Result<std::unique_ptr<Dataset>> open_stray(const std::string& folder);
+
+bool looks_like_polycam(const std::string& folder);
+Result<std::unique_ptr<Dataset>> open_polycam(const std::string& folder);
+
+// Data sets that are one file.
+bool looks_like_sens(const std::string& path);
+Result<std::unique_ptr<Dataset>> open_sens(const std::string& path);
+
+bool looks_like_klg(const std::string& path);
+Result<std::unique_ptr<Dataset>> open_klg(const std::string& path);
+
+// Only where libzip was found (BURIN_HAVE_ZIP).
+bool looks_like_record3d(const std::string& path);
+Result<std::unique_ptr<Dataset>> open_record3d(const std::string& path);
+
 bool looks_like_recording(const std::string& folder);
 Result<std::unique_ptr<Dataset>> open_recording(const std::string& folder);
 

@@ -95,6 +95,7 @@ Status Recording::load(int index, Frame* out) const {
     }
     if (!status) {  // never half a frame
         clear(&out->depth_u16);
+        clear(&out->confidence);
         clear(&out->colour);
         out->imu.clear();
     }
@@ -122,6 +123,7 @@ Status Recording::load(int index, Worker* worker, Frame* out) const {
     const RecordedFrame& recorded = frame.recorded;
     const StreamInfo& s = reader_.info().at(StreamKind::depth);
     clear(&out->depth_f32);
+    clear(&out->confidence);
     resize(&out->depth_u16, s.width, s.height, 1);
     RecordHead head;
     BURIN_TRY(

@@ -53,6 +53,9 @@ FrameFiles frame_of(const std::string& folder, const StampedFile* colour, const 
     FrameFiles frame;
     frame.depth_path = folder + "/" + depth.file;
     frame.t_ns = depth.t_ns;
+    // Burin's own addition, see convert.h.
+    const std::string confidence = folder + "/confidence/" + depth.file.substr(depth.file.rfind('/') + 1);
+    if (is_file(confidence)) frame.confidence_path = confidence;
     if (colour) frame.colour_path = folder + "/" + colour->file;
     frame.colour_t_ns = colour ? colour->t_ns : depth.t_ns;
     return frame;

@@ -88,6 +88,7 @@ Status SyntheticDataset::load(int index, Frame* out) const {
     else
         out->depth_f32 = std::move(truth.depth_m);
     out->depth_unit_m = 1;
+    out->confidence = {};
     sensor_colour(truth, noise, options_.seed, index, one, &out->colour);
     out->depth_camera = out->colour_camera = camera_;
     out->T_colour_depth = {};
