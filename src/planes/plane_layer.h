@@ -51,6 +51,7 @@ struct ChunkPlanes {
     std::uint8_t fills;
     std::uint16_t fill_plane[kChunkFills];
     std::uint64_t fill_cells[kChunkFills];
+    std::uint64_t fill_rim[kChunkFills];  // and those beside them
     void begin() { count = pulled = fills = 0; }
 };
 
@@ -130,6 +131,7 @@ class PlaneLayer {
     void fill(std::uint32_t entry, float units_to_m);
     void draw_alone(const Volume& volume);
     bool covers(std::uint32_t plane, Vec3d x) const;
+    bool fills_at(Vec3i voxel, Vec3d x) const;
     bool merge_planes();
     // New planes among the patches that have none: `tries` hypotheses. Returns how many.
     int seed(int tries);
