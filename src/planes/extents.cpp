@@ -67,6 +67,11 @@ void PlaneExtents::place(Arena& arena, const VolumeShape& shape) {
     chain_ = arena.allocate<std::int32_t>(kSide, 64);
 }
 
+FootprintMemory PlaneExtents::lend() {
+    static_assert(sizeof(CellRun) % sizeof(std::uint32_t) == 0 && kRuns * sizeof(CellRun) / 4 <= kCells);
+    return {cells_, trace_, reinterpret_cast<std::uint32_t*>(runs_), kRuns * sizeof(CellRun) / 4};
+}
+
 bool PlaneExtents::raster(const Overlay& overlay, const ChunkPlanes* chunks, const PlaneSet& set,
                           std::uint16_t plane, ExtentGrid* out) {
     const GlobalPlane& p = set.at(plane);

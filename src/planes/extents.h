@@ -8,6 +8,7 @@
 #include "core/arena.h"
 #include "map/overlay.h"
 #include "map/volume.h"
+#include "planes/footprint.h"
 #include "planes/grid_fill.h"
 #include "planes/outline.h"
 #include "planes/plane_set.h"
@@ -46,6 +47,9 @@ class PlaneExtents {
     // completes. Returns how many cells.
     std::uint64_t complete(const Volume& volume, const Overlay& overlay, const ChunkPlanes* chunks,
                            const PlaneSet& set, std::uint16_t plane, const ExtentGrid& grid);
+
+    // Memory for others until the next call here.
+    FootprintMemory lend();
 
   private:
     void block_empty(const Volume& volume, const ExtentGrid& grid) const;

@@ -75,6 +75,9 @@ class PlaneLayer {
     // The direction that the last labels are by.
     Vec3d up() const { return labelled_up_; }
 
+    // Memory for find_objects, until the next call here.
+    FootprintMemory lend() { return extents_.lend(); }
+
     DescribedPlanes described() const { return {shapes_, boxes_, labels_, described_}; }
 
     // The outline of a plane (its place in the set): of what was seen of it, or also of what was completed.
