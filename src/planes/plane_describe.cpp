@@ -159,17 +159,48 @@ void PlaneLayer::fill(std::uint32_t entry, float units_to_m) {
     }
 }
 
-void PlaneLayer::draw_alone(const Volume& volume) {
+// The meshes of what lies around a chunk read its voxels.
+void PlaneLayer::mark_around(Volume& volume, ChunkKey key) {
+    const Vec3i c = unpack_key(key);
+    for (int i = 0; i < 27; ++i) {
+        const Vec3i beside{c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1};
+        if (!chunk_in_range(beside)) continue;
+        if (const std::uint32_t slot = volume.find(pack_key(beside)); slot != kNoChunk) {
+            volume.flags(slot) |= kChunkStale;
+            volume.mesh_lag(slot) = 65535;
+            continue;
+        }
+        const std::uint32_t entry = overlay_.find(pack_key(beside));
+        if (entry != kNoChunk && (overlay_.alone(entry) || i == 13)) overlay_.set_stale(entry, true);
+    }
+}
+
+void PlaneLayer::draw_alone(Volume& volume) {
     for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry) {
         if (volume.find(overlay_.key(entry)) != kNoChunk) continue;
         ChunkPlanes& chunk = chunks_[entry];
-        overlay_.set_alone(entry, chunk.fills > 0);
-        if (chunk.fills == 0) continue;
-        std::memset(&overlay_.geometry(entry), 0, sizeof(ChunkGeometry));
+        const bool was = overlay_.alone(entry), is = chunk.fills > 0;
+        if (!was && !is) continue;
+        overlay_.set_alone(entry, is);
+        ChunkGeometry& geometry = overlay_.geometry(entry);
+        const ChunkGeometry before = geometry;
+        std::memset(&geometry, 0, sizeof geometry);
         fill(entry, volume.units_to_m());
         chunk.pulled = chunk.fills;
         std::copy_n(chunk.fill_plane, chunk.fills, chunk.pull);
+        if (was != is || std::memcmp(&before, &geometry, sizeof geometry) != 0)
+            mark_around(volume, overlay_.key(entry));
     }
+}
+
+std::uint32_t PlaneLayer::list_stale(const Volume& volume, const std::uint32_t** entries) {
+    std::uint32_t count = 0;
+    for (std::uint32_t entry = 0; options_.enabled && entry < overlay_.count(); ++entry)
+        if (overlay_.stale(entry) && volume.find(overlay_.key(entry)) == kNoChunk) members_[count++] = entry;
+    std::sort(members_, members_ + count,
+              [this](std::uint32_t a, std::uint32_t b) { return overlay_.key(a) < overlay_.key(b); });
+    *entries = members_;
+    return count;
 }
 
 Outline PlaneLayer::outline(std::uint16_t plane, bool completed, ExtentGrid* grid, OutlineCounts* counts) {

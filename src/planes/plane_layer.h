@@ -75,6 +75,14 @@ class PlaneLayer {
     // The direction that the last labels are by.
     Vec3d up() const { return labelled_up_; }
 
+    // Entries where planes complete, or completed, surface in chunks that the volume does not have, and whose
+    // mesh may differ from the one last extracted, in key order; *entries is valid until the next call here.
+    std::uint32_t list_stale(const Volume& volume, const std::uint32_t** entries);
+    void mark_meshed(ChunkKey key) {
+        const std::uint32_t entry = overlay_.find(key);
+        if (entry != kNoChunk) overlay_.set_stale(entry, false);
+    }
+
     // Memory for find_objects, until the next call here.
     FootprintMemory lend() { return extents_.lend(); }
 
@@ -132,7 +140,9 @@ class PlaneLayer {
     void describe(const Volume& volume, const Vec3d* up_world);
     void keep_fills(std::uint16_t plane, const ExtentGrid& grid);
     void fill(std::uint32_t entry, float units_to_m);
-    void draw_alone(const Volume& volume);
+    void draw_alone(Volume& volume);
+    void mark_around(Volume& volume, ChunkKey key);
+    void make_room(Volume& volume);
     bool covers(std::uint32_t plane, Vec3d x) const;
     bool fills_at(Vec3i voxel, Vec3d x) const;
     bool merge_planes();

@@ -156,6 +156,7 @@ void FusionSession::bring_around(ChunkKey key) {
 MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out) {
     bring_around(key);
     const SurfaceField field = surface();
+    planes_.mark_meshed(key);
     if (field.find(key) == kNoChunk) return {};
     const MeshCounts counts = mesh_chunk(field, Neighbourhood(field, unpack_key(key)), options, out);
     if (volume_.find(key) != kNoChunk)
@@ -193,6 +194,7 @@ int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOption
         return true;
     };
     const auto meshed = [&](int i) {
+        planes_.mark_meshed(keys[i]);
         if (volume_.find(keys[i]) != kNoChunk)
             mark_meshed(volume_, Neighbourhood(volume_, unpack_key(keys[i])), ranges[i].triangles > 0);
     };
