@@ -30,6 +30,18 @@ void PlaneLayer::note_camera(const Se3& T_world_camera) {
     ++cameras_.count;
 }
 
+MapCameras PlaneLayer::cameras() const {
+    const Vec3d up = has_up_ ? up_ : cameras_.up, at = cameras_.position;
+    return {{up.x, up.y, up.z}, {at.x, at.y, at.z}, cameras_.count, has_up_ ? 1.0 : 0.0};
+}
+
+void PlaneLayer::set_cameras(const MapCameras& c) {
+    const Vec3d up{c.up[0], c.up[1], c.up[2]};
+    cameras_ = {c.up_is_sure != 0 ? Vec3d{} : up, {c.position[0], c.position[1], c.position[2]}, c.count};
+    has_up_ = c.up_is_sure != 0;
+    if (has_up_) up_ = up;
+}
+
 void PlaneLayer::describe(const Volume& volume, const Vec3d* up_world) {
     for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry) chunks_[entry].fills = 0;
     int count = 0;

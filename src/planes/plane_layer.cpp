@@ -55,12 +55,12 @@ void PlaneLayer::place(Arena& arena, const PlaneOptions& options, const VolumeSh
 
 void PlaneLayer::clear() {
     overlay_.clear();
+    cameras_ = {};
+    has_up_ = false;
     if (!options_.enabled) return;
     set_.clear();
     random_ = 0;
     dropped_ = 0;
-    cameras_ = {};
-    has_up_ = false;
     labelled_up_ = {0, 0, 1};
     unassigned_count_ = 0;
     described_ = 0;

@@ -8,6 +8,7 @@
 #include "core/arena.h"
 #include "core/jobs.h"
 #include "core/se3.h"
+#include "map/map_file.h"
 #include "map/overlay.h"
 #include "map/volume.h"
 #include "planes/extents.h"
@@ -69,8 +70,10 @@ class PlaneLayer {
     // else from the planes and the cameras so far, else z).
     void refresh(Volume& volume, const Vec3d* up_world, Jobs& jobs);
 
-    // A camera that the map was fused from.
+    // A camera that the map was fused from; also without planes, for those that will be found in its file.
     void note_camera(const Se3& T_world_camera);
+    MapCameras cameras() const;
+    void set_cameras(const MapCameras& cameras);
     void set_up(Vec3d up_world) { up_ = up_world, has_up_ = true; }
     // The direction that the last labels are by.
     Vec3d up() const { return labelled_up_; }

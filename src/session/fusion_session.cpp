@@ -102,7 +102,7 @@ void FusionSession::fuse(const FrameView& frame, Jobs& jobs, FrameReport* report
     report->valid_pixels = depth_.image.valid;
     const double integrated = now_ms();
     report->integrate_ms = integrated - start;
-    if (planes_.enabled()) planes_.note_camera(frame.T_world_camera);
+    planes_.note_camera(frame.T_world_camera);
     planes_.update(volume_, frames_, jobs);
     report->planes_ms = now_ms() - integrated;
     dropped_ += report->chunks.dropped;
@@ -243,6 +243,17 @@ Status FusionSession::with_all_chunks(Body&& body) {
     return body(resident);
 }
 
+MapCameras FusionSession::cameras() const {
+    MapCameras cameras = planes_.cameras();
+    Vec3d up;
+    double sigma_rad = 0;
+    if (cameras.up_is_sure == 0 && gravity(&up, &sigma_rad)) {
+        for (int r = 0; r < 3; ++r) cameras.up[r] = up[r];
+        cameras.up_is_sure = 1;
+    }
+    return cameras;
+}
+
 Status FusionSession::save(const char* path, const MapFileHead& head, Progress* progress) {
     return with_all_chunks(
         [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, path, progress, extra_); });
@@ -258,6 +269,7 @@ Status FusionSession::load(const char* path, const MapFileHead& head, Progress* 
     clear();
     BURIN_TRY(load_map(volume_, head, path, scratch_, progress, extra_));
     frames_ = head.frames;
+    planes_.set_cameras(head.cameras);
     tracking_.look_for_camera();
     return {};
 }
@@ -266,6 +278,7 @@ Status FusionSession::load(MapReader& reader, const MapFileHead& head, const cha
     clear();
     BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress, extra_));
     frames_ = head.frames;
+    planes_.set_cameras(head.cameras);
     tracking_.look_for_camera();
     return {};
 }

@@ -109,6 +109,8 @@ class FusionSession {
         raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
     }
 
+    // For the head of a map file.
+    MapCameras cameras() const;
     Status save(const char* path, const MapFileHead& head, Progress* progress = nullptr);
     Status save(MapWriter& writer, const MapFileHead& head, const char* name, Progress* progress);
     // On failure the map is empty.

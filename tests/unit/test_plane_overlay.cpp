@@ -3,9 +3,13 @@
 // events that found no room.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <map>
 #include <set>
 
+#include "dataset_files.h"
+#include "map/map_file.h"
 #include "map/overlay.h"
 #include "plane_scene.h"
 #include "planes/plane_set.h"
@@ -115,6 +119,48 @@ TEST(PlaneLayer, CompletedChunksAreListedUntilMeshed) {
     EXPECT_TRUE(listed().empty());
     t.session.refresh_planes(t.jobs);
     EXPECT_EQ(mesh_all().first, 0u) << "nothing has changed";
+}
+
+// A map file keeps the cameras, whether planes were wanted or not: labels need them.
+TEST(PlaneLayer, AMapFileKeepsTheCameras) {
+    burin_config off = plane_config();
+    off.planes = 0;
+    TestSession with(plane_config()), without(off), loaded(plane_config());
+    PlaneScene scene;
+    for (int i = 0; i < 40; ++i) {
+        const Image<float> depth = scene.depth(test_camera(), walk_pose(i), i);
+        with.integrate(frame_of(depth, test_camera(), walk_pose(i)));
+        without.integrate(frame_of(depth, test_camera(), walk_pose(i)));
+    }
+    const auto same = [](const MapCameras& a, const MapCameras& b) {
+        return std::memcmp(&a, &b, sizeof a) == 0;
+    };
+    EXPECT_EQ(with.session.cameras().count, 40);
+    EXPECT_TRUE(same(with.session.cameras(), without.session.cameras()));
+    const TempFolder folder;
+    const std::string path = folder.path("map.burin");
+    MapFileHead head = {};
+    head.frames = without.session.frames();
+    head.cameras = without.session.cameras();
+    ASSERT_TRUE(without.session.save(path.c_str(), head).ok());
+    ASSERT_TRUE(read_map_head(path.c_str(), &head).ok());
+    ASSERT_TRUE(loaded.session.load(path.c_str(), head).ok());
+    EXPECT_TRUE(same(loaded.session.cameras(), with.session.cameras()));
+    // What was told of the way up is kept for sure.
+    loaded.session.planes().set_up({0, 0.6, 0.8});
+    head.cameras = loaded.session.cameras();
+    EXPECT_EQ(head.cameras.up_is_sure, 1);
+    ASSERT_TRUE(loaded.session.save(path.c_str(), head).ok());
+    ASSERT_TRUE(read_map_head(path.c_str(), &head).ok());
+    ASSERT_TRUE(with.session.load(path.c_str(), head).ok());
+    with.session.refresh_planes(with.jobs);
+    EXPECT_EQ(with.session.planes().up(), (Vec3d{0, 0.6, 0.8}));
+    // Cameras that cannot be are refused.
+    for (const double count : {-1.0, std::nan("")}) {
+        head.cameras.count = count;
+        ASSERT_TRUE(with.session.save(path.c_str(), head).ok());
+        EXPECT_FALSE(read_map_head(path.c_str(), &head).ok());
+    }
 }
 
 }  // namespace
