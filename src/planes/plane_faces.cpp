@@ -19,8 +19,8 @@ std::uint16_t PlaneLayer::plane_at(Vec3d x, Vec3d normal) const {
     for (int i = 0; i < chunk.pulled; ++i) {
         const GlobalPlane& plane = set_.at(chunk.pull[i]);
         const double distance = std::fabs(plane.distance(x));
-        // 30 degrees: triangles of marching cubes on a plane that is not quite reached tilt.
-        if (plane.id == 0 || !(distance < nearest) || dot(plane.normal, normal) < 0.866) continue;
+        // 40 degrees: triangles of marching cubes on a plane that is not quite reached tilt.
+        if (plane.id == 0 || !(distance < nearest) || dot(plane.normal, normal) < 0.766) continue;
         nearest = distance;
         best = chunk.pull[i];
     }
