@@ -43,6 +43,7 @@ MapFileHead head_of(const MapState& state) {
     head.config_bytes = sizeof state.config;
     static_assert(sizeof state.config <= sizeof head.config);
     std::memcpy(head.config, &state.config, sizeof state.config);
+    head.cameras = state.session.cameras();
     return head;
 }
 

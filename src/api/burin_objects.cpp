@@ -52,7 +52,7 @@ burin_status burin_mesh_objects(burin_map map, const burin_mesh_buffers* mesh, c
                                 uint32_t* face_objects) {
     return Call(map).run([&](MapState& state) -> Status {
         BURIN_TRY(require_planes(state));
-        const PlaneLayer& layer = state.session.planes();
+        PlaneLayer& layer = state.session.planes();
         if (!count) return null_argument("count");
         if (!objects && capacity > 0) return null_argument("objects");
         *count = 0;
@@ -69,6 +69,7 @@ burin_status burin_mesh_objects(burin_map map, const burin_mesh_buffers* mesh, c
         in.extents = planes.extents;
         in.plane_labels = planes.labels;
         in.plane_count = planes.count;
+        in.footprint = layer.lend();
         const auto room = static_cast<int>(std::min(capacity, kMostObjects));
         auto* boxes = reinterpret_cast<ObjectBox*>(objects);
         for (int i = 0; i < room; ++i) new (boxes + i) ObjectBox;

@@ -274,9 +274,10 @@ Status OwnedMap::open(const std::string& path, unsigned threads, PlanesWanted pl
     info.config.budget_bytes = info.least_budget_bytes;
     info.config.threads = threads;
     if (planes == PlanesWanted::off) info.config.planes = 0;
-    if (planes == PlanesWanted::on && !info.config.planes) {
+    if (planes == PlanesWanted::on) {
         // The layer takes 5 MiB for outlines and the like, and for each chunk half a chunk's geometry and
-        // tables: 0.6 of a map without colour. Pages that are not used cost nothing.
+        // tables: 0.6 of a map without colour. It has room for half as many chunks as the map, and what
+        // planes complete lies where the map has none. Pages that are not used cost nothing.
         info.config.planes = 1;
         info.config.budget_bytes += info.config.budget_bytes + (8u << 20);
     }

@@ -32,6 +32,18 @@ std::uint64_t expected_bytes(const MapFileHead& head) {
                (sizeof(ChunkGeometry) + (head.has_colour ? sizeof(ChunkColour) : 0)) +
            extra_section_bytes(head.extra_bytes);
 }
+bool possible(const MapCameras& cameras) {
+    double values[8];
+    static_assert(sizeof values == sizeof cameras);
+    std::memcpy(values, &cameras, sizeof values);
+    for (const double v : values)
+        if (!std::isfinite(v)) return false;
+    const double* u = cameras.up;
+    const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+    if (cameras.up_is_sure != 0 && !(cameras.up_is_sure == 1 && std::fabs(square - 1) < 1e-6)) return false;
+    return cameras.count >= 0;
+}
+
 std::uint64_t digest_of(const MapFileHead& head) {
     return hash_bytes(&head, offsetof(MapFileHead, head_hash));
 }
@@ -151,7 +163,7 @@ Status parse_map_head(const void* data, std::size_t bytes, std::uint64_t file_by
     if (head->head_hash != digest_of(*head)) return damaged(name, "the checksum of the head does not match");
     if (!(head->voxel_m > 0) || !(head->truncation_m > 0) || !std::isfinite(head->voxel_m) ||
         !std::isfinite(head->truncation_m) || head->config_bytes > sizeof head->config ||
-        head->has_colour > 1 || head->chunks > kMaxChunks)
+        head->has_colour > 1 || head->chunks > kMaxChunks || !possible(head->cameras))
         return damaged(name, "the head holds impossible values");
     if (file_bytes != kAnyLength && file_bytes != expected_bytes(*head))
         return Status::error(Code::format,

@@ -17,6 +17,15 @@ namespace burin {
 
 inline constexpr std::uint32_t kMapFileVersion = 1;
 
+// What a map knows of the cameras that it was fused from: sums, which further frames add to. With a direction
+// against gravity that was told or measured, that one stands for `up`. All 0: nothing.
+struct MapCameras {
+    double up[3];        // of the cameras' -y axes, world
+    double position[3];  // metres, world
+    double count;
+    double up_is_sure;  // 1: `up` is a unit vector against gravity
+};
+
 struct MapFileHead {
     char magic[8];  // "BURINMAP"
     std::uint32_t version;
@@ -29,9 +38,10 @@ struct MapFileHead {
     std::uint64_t map_hash;
     std::uint64_t index_hash;
     std::uint32_t config_bytes;
-    std::uint32_t extra_bytes;   // of a MapExtra behind the chunks; 0: the file has no such section
-    unsigned char config[1024];  // the caller's configuration, opaque here
-    std::uint64_t head_hash;     // of everything before it
+    std::uint32_t extra_bytes;  // of a MapExtra behind the chunks; 0: the file has no such section
+    unsigned char config[960];  // the caller's configuration, opaque here
+    MapCameras cameras;         // 0 in files of earlier versions
+    std::uint64_t head_hash;    // of everything before it
 };
 static_assert(sizeof(MapFileHead) <= kMapFilePage);
 

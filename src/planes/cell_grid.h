@@ -13,7 +13,8 @@ enum Cell : std::uint8_t {
     kCellUnknown = 0,
     kCellSeen = 1,
     kCellBlocked = 2,  // known to be no part of the plane: free space, or another surface in front
-    kCellFilled = 3,   // not seen, completed by fill_missing()
+    kCellFilled = 3,   // not seen, completed by fill_missing() or fill_between()
+    kCellMeets = 4,    // the plane ends here, at another that was seen
 };
 
 // A set of kinds of cells: bit k is kind k.
@@ -111,14 +112,14 @@ ComponentCounts remove_small_components(const CellGrid& grid, CellMask mask, std
 
 static_assert(std::endian::native == std::endian::little, "byte i of a word is cell i of eight");
 
-// Byte i is 1 where byte i of `eight` (kinds 0..3) is of the mask.
+// Byte i is 1 where byte i of `eight` (kinds 0..4) is of the mask.
 constexpr std::uint64_t cells_of(std::uint64_t eight, CellMask mask) {
     constexpr std::uint64_t kOnes = 0x0101010101010101u;
     const auto all = [mask](int kind) { return std::uint64_t{0} - (mask >> kind & 1u); };
     const std::uint64_t low = eight & kOnes, high = eight >> 1 & kOnes;
-    const std::uint64_t not_low = low ^ kOnes, not_high = high ^ kOnes;
-    return (not_high & ((not_low & all(0)) | (low & all(1)))) |
-           (high & ((not_low & all(2)) | (low & all(3))));
+    const std::uint64_t not_low = low ^ kOnes, not_high = high ^ kOnes, four = eight >> 2 & kOnes;
+    return (four & all(4)) | ((four ^ kOnes) & ((not_high & ((not_low & all(0)) | (low & all(1)))) |
+                                                (high & ((not_low & all(2)) | (low & all(3))))));
 }
 
 // Bit i is set where cell i of n, 1..64, is of the mask.

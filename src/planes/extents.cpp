@@ -21,6 +21,21 @@ constexpr double kLargeHoleM2 = 4;  // a bed hides so much; larger ones are clos
 constexpr float kLargeShare = 0.7f;
 constexpr double kMeetingM = 0.3;  // metres: planes that end no farther from where they meet are drawn to it
 
+// A row of wardrobes hides 4 m of a wall; across more nothing is taken to go on.
+constexpr double kLongestM = 4;
+constexpr int kPasses = 2;  // the second smooths the rims that the first one leaves ragged
+// Filling writes voxels up to kFillBehind and kFillBefore layers from the plane (plane_describe.cpp).
+constexpr int kFillBehind = 3, kFillBefore = 6;
+// Voxels; deeper inside something no surface of it is near, so that its distances may give way.
+constexpr float kSureInside = 2.5f;
+
+bool beside_filled(const CellGrid& grid, int u, int v) {
+    for (int y = std::max(0, v - 1); y <= std::min(grid.height - 1, v + 1); ++y)
+        for (int x = std::max(0, u - 1); x <= std::min(grid.width - 1, u + 1); ++x)
+            if (grid.row(y)[x] == kCellFilled) return true;
+    return false;
+}
+
 }  // namespace
 
 Vec3d ExtentGrid::point(double u, double v) const {
@@ -50,6 +65,11 @@ void PlaneExtents::place(Arena& arena, const VolumeShape& shape) {
     meetings_ = arena.allocate<CellPoint>(kMeetings, 64);
     spans_ = arena.allocate<std::int32_t>(2 * kSide, 64);
     chain_ = arena.allocate<std::int32_t>(kSide, 64);
+}
+
+FootprintMemory PlaneExtents::lend() {
+    static_assert(sizeof(CellRun) % sizeof(std::uint32_t) == 0 && kRuns * sizeof(CellRun) / 4 <= kCells);
+    return {cells_, trace_, reinterpret_cast<std::uint32_t*>(runs_), kRuns * sizeof(CellRun) / 4};
 }
 
 bool PlaneExtents::raster(const Overlay& overlay, const ChunkPlanes* chunks, const PlaneSet& set,
@@ -202,7 +222,9 @@ void PlaneExtents::block_crossing(const Overlay& overlay, const ChunkPlanes* chu
                 const int w = static_cast<int>(at) + d * away;
                 if (w < 0 || w >= (by_u ? g.grid.height : g.grid.width)) continue;
                 std::uint8_t& cell = by_u ? g.grid.row(w)[i] : g.grid.row(i)[w];
-                if (cell == kCellUnknown) cell = kCellBlocked;
+                // From behind it tells nothing.
+                if (cell == kCellUnknown || (cell == kCellMeets && d > 0))
+                    cell = d > 0 ? kCellBlocked : kCellMeets;
             }
         }
     }
@@ -241,20 +263,16 @@ std::uint32_t PlaneExtents::meeting_points(const PlaneSet& set, std::uint16_t pl
     return count;
 }
 
-std::uint64_t PlaneExtents::complete(const Volume& volume, const Overlay& overlay, const ChunkPlanes* chunks,
-                                     const PlaneSet& set, std::uint16_t plane, const ExtentGrid& g) {
+// What is missing within the hull of what was seen.
+void PlaneExtents::fill_hull(const PlaneSet& set, std::uint16_t plane, const ExtentGrid& g,
+                             std::uint64_t hull_cells) {
     FillOptions options;
-    const HullCounts hull = convex_hull(g.grid, mask_of(kCellSeen), nullptr, 0, spans_, chain_);
     options.hull_points = meetings_;
     options.hull_point_count = meeting_points(set, plane, g);
     // A plane of which most was seen is completed wherever some of the rim is its own; crumbs only within.
-    options.least_border_share = 2 * g.seen_cells() >= hull.cells ? kRimShare : kCrumbShare;
-    block_empty(volume, g);
-    block_crossing(overlay, chunks, set, plane, g);
-    const FillScratch scratch{spans_, chain_, runs_, kRuns};
-
-    FillCounts filled = fill_missing(g.grid, options, scratch);
-    if (filled.runs > kRuns) return 0;
+    options.least_border_share = 2 * g.seen_cells() >= hull_cells ? kRimShare : kCrumbShare;
+    const FillCounts filled = fill_missing(g.grid, options, {spans_, chain_, runs_, kRuns});
+    if (filled.runs > kRuns) return;
     // What is missing at large needs more of a reason.
     const auto large = static_cast<std::uint32_t>(kLargeHoleM2 / g.cell_area());
     for (std::uint64_t r = 0; r < filled.runs; ++r) {
@@ -262,14 +280,71 @@ std::uint64_t PlaneExtents::complete(const Volume& volume, const Overlay& overla
         if (region.cells <= large ||
             static_cast<float>(region.seen_border) >= kLargeShare * static_cast<float>(region.border))
             continue;
-        for (int u = run.first; u <= run.last; ++u) {
-            std::uint8_t& cell = g.grid.row(run.row)[u];
-            if (cell != kCellFilled) continue;
-            cell = kCellUnknown;
-            --filled.filled_cells;
-        }
+        for (int u = run.first; u <= run.last; ++u)
+            if (std::uint8_t& cell = g.grid.row(run.row)[u]; cell == kCellFilled) cell = kCellUnknown;
     }
-    return filled.filled_cells;
+}
+
+// Just behind other surfaces voxels hold distances that nobody measured. Where they are certain to be the
+// inside of something thin, or what was measured itself, the plane would give it a back: such cells, and
+// those beside them, are not filled.
+void PlaneExtents::drop_closed_in(const Volume& volume, const ExtentGrid& g) const {
+    const float voxel = volume.voxel_m() / volume.units_to_m();
+    ChunkKey last_key = 0;
+    std::uint32_t slot = kNoChunk;
+    const auto closed_in = [&](Vec3d foot) {
+        Vec3i at;
+        if (!voxel_at(foot, voxel_m_, &at)) return false;
+        const int layer = at[g.axis], up = g.normal[g.axis] > 0 ? 1 : -1;
+        for (int k = -kFillBehind; k <= kFillBefore; ++k) {
+            at[g.axis] = layer + k * up;
+            const ChunkKey key = pack_key(chunk_of_voxel(at));
+            if (key != last_key) {
+                slot = volume.find(key);
+                last_key = key;
+            }
+            if (slot == kNoChunk) continue;
+            const ChunkGeometry& chunk = volume.geometry(slot);
+            const int i = voxel_index(at);
+            if (chunk.weight[i] == 0) continue;
+            const float voxels = static_cast<float>(chunk.sdf[i]) / voxel;
+            if (k > 0 ? voxels < 0 && voxels > -kSureInside : k < 0 && voxels > 1) return true;
+        }
+        return false;
+    };
+    const int w = g.grid.width, h = g.grid.height;
+    std::uint8_t* bad = trace_;
+    std::memset(bad, 0, static_cast<std::size_t>(w) * h);
+    for (int v = 0; v < h; ++v)
+        for (int u = 0; u < w; ++u) {
+            if (g.grid.row(v)[u] != kCellFilled && !beside_filled(g.grid, u, v)) continue;
+            for (int s = 0; s < g.step * g.step && !bad[static_cast<std::size_t>(v) * w + u]; ++s)
+                bad[static_cast<std::size_t>(v) * w + u] =
+                    closed_in(g.point(u + (s % g.step + 0.5) / g.step, v + (s / g.step + 0.5) / g.step));
+        }
+    for (int v = 0; v < h; ++v)
+        for (int u = 0; u < w; ++u) {
+            if (g.grid.row(v)[u] != kCellFilled) continue;
+            bool any = false;
+            for (int y = std::max(0, v - 1); y <= std::min(h - 1, v + 1); ++y)
+                for (int x = std::max(0, u - 1); x <= std::min(w - 1, u + 1); ++x)
+                    any = any || bad[static_cast<std::size_t>(y) * w + x];
+            if (any) g.grid.row(v)[u] = kCellUnknown;
+        }
+}
+
+std::uint64_t PlaneExtents::complete(const Volume& volume, const Overlay& overlay, const ChunkPlanes* chunks,
+                                     const PlaneSet& set, std::uint16_t plane, const ExtentGrid& g) {
+    const HullCounts hull = convex_hull(g.grid, mask_of(kCellSeen), nullptr, 0, spans_, chain_);
+    block_empty(volume, g);
+    block_crossing(overlay, chunks, set, plane, g);
+    fill_hull(set, plane, g, hull.cells);
+    for (int pass = 0; pass < kPasses; ++pass)
+        if (fill_between(g.grid, static_cast<int>(kLongestM / g.cell_m), trace_) == 0) break;
+    drop_closed_in(volume, g);
+    const std::uint8_t *begin = g.grid.cells,
+                       *end = begin + static_cast<std::size_t>(g.grid.width) * g.grid.height;
+    return static_cast<std::uint64_t>(std::count(begin, end, std::uint8_t{kCellFilled}));
 }
 
 }  // namespace burin

@@ -8,6 +8,7 @@
 #include "core/arena.h"
 #include "map/overlay.h"
 #include "map/volume.h"
+#include "planes/footprint.h"
 #include "planes/grid_fill.h"
 #include "planes/outline.h"
 #include "planes/plane_set.h"
@@ -47,11 +48,17 @@ class PlaneExtents {
     std::uint64_t complete(const Volume& volume, const Overlay& overlay, const ChunkPlanes* chunks,
                            const PlaneSet& set, std::uint16_t plane, const ExtentGrid& grid);
 
+    // Memory for others until the next call here.
+    FootprintMemory lend();
+
   private:
     void block_empty(const Volume& volume, const ExtentGrid& grid) const;
     void block_crossing(const Overlay& overlay, const ChunkPlanes* chunks, const PlaneSet& set,
                         std::uint16_t plane, const ExtentGrid& grid) const;
     std::uint32_t meeting_points(const PlaneSet& set, std::uint16_t plane, const ExtentGrid& grid);
+    void fill_hull(const PlaneSet& set, std::uint16_t plane, const ExtentGrid& grid,
+                   std::uint64_t hull_cells);
+    void drop_closed_in(const Volume& volume, const ExtentGrid& grid) const;
 
     static constexpr int kCells = 1 << 19;  // 13 m^2 at 5 mm; larger planes have cells of 2, 4, ... voxels
     static constexpr int kSide = 4096;      // cells; no longer side

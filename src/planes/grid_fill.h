@@ -41,4 +41,12 @@ struct FillCounts {
 // cell. So it needs no queue, and its memory is bounded by the runs.
 FillCounts fill_missing(const CellGrid& grid, const FillOptions& options, const FillScratch& scratch);
 
+// Unknown cells between seen or filled ones become filled. A run of unknown cells along a row, a column or a
+// diagonal, no longer than `longest` cells (of 1.4 cells' length on a diagonal), tells for its cells when
+// such cells end it at both sides, and half as much when one of its ends is a cell where another plane meets
+// this one; blocked cells and the border of the grid tell nothing. A cell is filled when what tells for it
+// adds up to one run. No hull is drawn, so the arms of a room that is an L, or what lies beyond a wall, do
+// not come together. Returns how many cells were filled. scratch: a byte a cell.
+std::uint64_t fill_between(const CellGrid& grid, int longest, std::uint8_t* scratch);
+
 }  // namespace burin

@@ -19,6 +19,11 @@ constexpr double kNested = 0.5;    // of its box that lies in the box of the lar
 constexpr double kTouch = 0.01;    // metres: two voxels, the thinnest wall whose two sides are sure to join
 constexpr int kProbes = 64;        // vertices of the smaller one, spread evenly, that look for the larger
 
+// Metres above its table or floor: what comes down to there stands on it. Faces nearer than the margin are
+// feet and count for nothing here, so that this is more than twice the margin.
+constexpr double kStanding = 0.025;
+constexpr double kFootprintCell = 0.5;  // of the margin: a voxel, so that no cell between faces stays bare
+
 // What a face is in the work array, before it has the number of its object.
 constexpr std::uint32_t kCore = kNoObject - 1;
 // A foot, and the plane it stands on: 65533 planes at most count, as many objects are never asked for.
@@ -54,6 +59,10 @@ class Finder {
     std::uint32_t kind(std::uint64_t t) const;
     std::uint32_t root_of(std::uint32_t v);
     void join();
+    void sum_areas();
+    int support_of(std::uint32_t root) const;
+    void cut(std::uint32_t root);
+    void cut_at_necks(double least);
     void grow_feet(const ObjectBox* cores);
     void add_to(ObjectBox* box, std::uint64_t t) const;
     bool stands_under(const ObjectBox& core, std::uint64_t t) const;
@@ -129,6 +138,10 @@ void Finder::join() {
             if (b < a) parent_[a] = b;
         }
     }
+    sum_areas();
+}
+
+void Finder::sum_areas() {
     for (std::uint64_t t = 0; t < mesh_.triangle_count; ++t) {
         if (face_[t] != kCore) continue;
         const double units = face(t).area / kAreaUnit;
@@ -136,6 +149,82 @@ void Finder::join() {
         std::uint32_t& sum = weight_[root_of(vertex(t, 0))];
         sum = sum > 0xffffffffu - add ? 0xffffffffu : sum + add;
     }
+}
+
+// The table or floor that a component stands on, -1 for none. parent_ holds roots.
+int Finder::support_of(std::uint32_t root) const {
+    Vec3d up, lowest;
+    bool any = false;
+    for (int i = 0; i < mesh_.plane_count && !any; ++i)
+        if (mesh_.extents[i].facing == Facing::up) {
+            up = cross(mesh_.extents[i].axis[0], mesh_.extents[i].axis[1]);
+            any = true;
+        }
+    if (!any) return -1;
+    double least = 1e300;
+    for (std::uint32_t v = 0; v < mesh_.vertices; ++v)
+        if (parent_[v] == root && dot(up, position(v)) < least) {
+            lowest = position(v);
+            least = dot(up, lowest);
+        }
+    for (int i = 0; i < mesh_.plane_count; ++i) {
+        const PlaneExtent& e = mesh_.extents[i];
+        const std::uint8_t label = mesh_.plane_labels[i];
+        if (e.facing != Facing::up || (label != kLabelTable && label != kLabelFloor)) continue;
+        const double d = dot(mesh_.planes[i].normal, lowest) + mesh_.planes[i].offset;
+        bool stands = d >= -options_.margin_m && d <= kStanding;
+        for (int a = 0; a < 2 && stands; ++a) {
+            const double s = dot(e.axis[a], lowest);
+            stands = s >= e.low[a] - options_.margin_m && s <= e.high[a] + options_.margin_m;
+        }
+        if (stands) return i;
+    }
+    return -1;
+}
+
+// Gives the parts of a component roots of their own.
+void Finder::cut(std::uint32_t root) {
+    const int support = support_of(root);
+    if (support < 0) return;
+    const PlaneExtent& e = mesh_.extents[support];
+    const PlaneShape& plane = mesh_.planes[support];
+    double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
+    for (std::uint32_t v = 0; v < mesh_.vertices; ++v) {
+        if (parent_[v] != root) continue;
+        for (int a = 0; a < 2; ++a) {
+            const double s = dot(e.axis[a], position(v));
+            low[a] = s < low[a] ? s : low[a];
+            high[a] = s > high[a] ? s : high[a];
+        }
+    }
+    Footprint footprint;
+    if (!footprint.begin(mesh_.footprint, e, low, high, kFootprintCell * options_.margin_m)) return;
+    const auto mark = [&](Vec3d x) { footprint.mark(x, dot(plane.normal, x) + plane.offset < kStanding); };
+    for (std::uint64_t t = 0; t < mesh_.triangle_count; ++t) {
+        if (face_[t] != kCore || parent_[vertex(t, 0)] != root) continue;
+        const Face f = face(t);
+        for (const Vec3d& corner : f.corner) mark(corner);
+        mark((f.corner[0] + f.corner[1] + f.corner[2]) * (1.0 / 3));
+    }
+    if (footprint.split() < 2) return;
+    std::uint32_t first[Footprint::kMostParts];
+    for (std::uint32_t& v : first) v = kNoObject;
+    for (std::uint32_t v = root; v < mesh_.vertices; ++v) {
+        if (parent_[v] != root) continue;
+        std::uint32_t& own = first[footprint.part_at(position(v))];
+        if (own == kNoObject) own = v;
+        // Roots stay below what has to be looked at still, so that the test above holds for the rest.
+        parent_[v] = own;
+    }
+}
+
+// parent_ holds roots afterwards; areas are summed anew.
+void Finder::cut_at_necks(double least) {
+    for (std::uint32_t v = 0; v < mesh_.vertices; ++v) parent_[v] = root_of(v);
+    for (std::uint32_t v = 0; v < mesh_.vertices; ++v)
+        if (parent_[v] == v && weight_[v] > 0 && weight_[v] >= least) cut(v);
+    for (std::uint64_t v = 0; v < mesh_.vertices; ++v) weight_[v] = 0;
+    sum_areas();
 }
 
 // Legs: below a table's top, within its outline, and up to it.
@@ -243,6 +332,7 @@ int Finder::run(ObjectBox* out, int capacity, int* needed, std::uint32_t* face_o
     int count = 0;
     *needed = 0;
     const double least = options_.min_area_m2 / kAreaUnit;
+    if (mesh_.footprint.cells > 0) cut_at_necks(least);
     for (std::uint32_t v = 0; v < mesh_.vertices; ++v) {
         if (weight_[v] == 0 || parent_[v] != v || weight_[v] < least) continue;
         ++*needed;

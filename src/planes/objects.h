@@ -2,6 +2,9 @@
 // Objects: the connected components of what is left of a mesh when its structure (floor, walls, ceiling,
 // tables, doors, windows) is taken away (Dzitsiuk et al., ICRA 2017, section III-F). Seats are objects.
 //
+// Things that nearly touch come out of the mesh as one; where both stand on a table or the floor they are cut
+// at the neck of what they cover of it (footprint.h).
+//
 // Where a thing meets its table the faces are neither: rounded, noisy, unlabelled, and on a full table these
 // strips would join everything. So faces within a margin of a structure plane do not join; what belongs to an
 // object of them, its foot, is told afterwards by its slope. The inside of a cup whose wall is thinner than a
@@ -11,6 +14,7 @@
 #include <cstdint>
 
 #include "core/vec.h"
+#include "planes/footprint.h"
 #include "planes/plane.h"
 #include "planes/plane_extent.h"
 
@@ -27,6 +31,7 @@ struct ObjectInput {
     const PlaneExtent* extents = nullptr;
     const std::uint8_t* plane_labels = nullptr;
     int plane_count = 0;
+    FootprintMemory footprint;  // empty: things that nearly touch stay one
 };
 
 struct ObjectOptions {

@@ -16,7 +16,11 @@ constexpr std::uint16_t kFillWeight =
 // Voxels around a completed plane that take its distances: the corners of the cells that it crosses, and what
 // their normals read.
 constexpr double kFillVoxels = 3.5;
-constexpr int kFillReach = 3;  // layers of voxels that this needs, at either side of the plane's
+constexpr int kFillReach = 3;   // layers of voxels that this needs, at either side of the plane's
+constexpr int kClearReach = 6;  // and in front of it, with those that are cleared
+// In front of a completed plane, so far, and beside it, what lies inside something else is no longer known:
+// so no surface closes between the two. Voxels from the plane.
+constexpr double kClearVoxels = 5.5;
 
 }  // namespace
 
@@ -24,6 +28,18 @@ void PlaneLayer::note_camera(const Se3& T_world_camera) {
     cameras_.up = cameras_.up - T_world_camera.R.column(1);
     cameras_.position = cameras_.position + T_world_camera.t;
     ++cameras_.count;
+}
+
+MapCameras PlaneLayer::cameras() const {
+    const Vec3d up = has_up_ ? up_ : cameras_.up, at = cameras_.position;
+    return {{up.x, up.y, up.z}, {at.x, at.y, at.z}, cameras_.count, has_up_ ? 1.0 : 0.0};
+}
+
+void PlaneLayer::set_cameras(const MapCameras& c) {
+    const Vec3d up{c.up[0], c.up[1], c.up[2]};
+    cameras_ = {c.up_is_sure != 0 ? Vec3d{} : up, {c.position[0], c.position[1], c.position[2]}, c.count};
+    has_up_ = c.up_is_sure != 0;
+    if (has_up_) up_ = up;
 }
 
 void PlaneLayer::describe(const Volume& volume, const Vec3d* up_world) {
@@ -65,7 +81,7 @@ void PlaneLayer::describe(const Volume& volume, const Vec3d* up_world) {
 // The filled cells of a plane become columns of the chunks that it passes.
 void PlaneLayer::keep_fills(std::uint16_t plane, const ExtentGrid& g) {
     const double voxel = static_cast<double>(shape_.voxel_m);
-    const auto keep = [&](Vec3i x) {
+    const auto keep = [&](Vec3i x, bool rim) {
         const Vec3i c = chunk_of_voxel(x);
         if (!chunk_in_range(c)) return;
         const std::uint32_t known = overlay_.count(), entry = overlay_.insert(pack_key(c));
@@ -80,14 +96,22 @@ void PlaneLayer::keep_fills(std::uint16_t plane, const ExtentGrid& g) {
         if (f == kChunkFills) return;  // where three planes meet two are enough
         if (f == chunk.fills) {
             chunk.fill_plane[f] = plane;
-            chunk.fill_cells[f] = 0;
+            chunk.fill_cells[f] = chunk.fill_rim[f] = 0;
             ++chunk.fills;
         }
-        chunk.fill_cells[f] |= std::uint64_t{1} << (8 * (x[g.along] & 7) + (x[g.across] & 7));
+        (rim ? chunk.fill_rim : chunk.fill_cells)[f] |= std::uint64_t{1}
+                                                        << (8 * (x[g.along] & 7) + (x[g.across] & 7));
+    };
+    const auto filled = [&](int u, int v) {
+        return u >= 0 && v >= 0 && u < g.grid.width && v < g.grid.height && g.grid.row(v)[u] == kCellFilled;
     };
     for (int v = 0; v < g.grid.height; ++v)
         for (int u = 0; u < g.grid.width; ++u) {
-            if (g.grid.row(v)[u] != kCellFilled) continue;
+            bool rim = false;
+            if (!filled(u, v)) {
+                for (int n = 0; n < 9 && !rim; ++n) rim = filled(u + n % 3 - 1, v + n / 3 - 1);
+                if (!rim) continue;
+            }
             for (int s = 0; s < g.step * g.step; ++s) {
                 Vec3i x;
                 x[g.across] = (g.u0 + u) * g.step + s % g.step;
@@ -96,52 +120,99 @@ void PlaneLayer::keep_fills(std::uint16_t plane, const ExtentGrid& g) {
                                     g.normal[g.along] * (x[g.along] + 0.5) * voxel) /
                                   (g.normal[g.axis] * voxel);
                 const auto layer = static_cast<std::int32_t>(std::floor(at));
-                // Seven layers are in one chunk or in two.
-                x[g.axis] = layer - kFillReach;
-                keep(x);
-                if ((layer - kFillReach) >> 3 == (layer + kFillReach) >> 3) continue;
-                x[g.axis] = layer + kFillReach;
-                keep(x);
+                // These layers are in one chunk or in two.
+                const int up = g.normal[g.axis] > 0 ? 1 : -1;
+                x[g.axis] = layer - kFillReach * up;
+                keep(x, rim);
+                const std::int32_t last = layer + kClearReach * up;
+                if (x[g.axis] >> 3 == last >> 3) continue;
+                x[g.axis] = last;
+                keep(x, rim);
             }
         }
 }
 
-// Voxels that were never seen, in the columns that planes complete, take the distance to the plane.
+// Voxels that were never seen, and those that are inside something else (extents.cpp has made sure that no
+// surface of it is near), take the distance to the plane in the columns that it completes.
 void PlaneLayer::fill(std::uint32_t entry, float units_to_m) {
     const ChunkPlanes& chunk = chunks_[entry];
     ChunkGeometry& out = overlay_.geometry(entry);
     const Vec3d centre = centre_of(overlay_.key(entry));
     const double voxel = static_cast<double>(shape_.voxel_m);
     const double units_per_voxel = voxel / static_cast<double>(units_to_m);
+    std::int8_t by[kChunkVoxels];  // which fill a voxel is of
+    std::memset(by, -1, sizeof by);
     for (int f = 0; f < chunk.fills; ++f) {
         const GlobalPlane& plane = set_.at(chunk.fill_plane[f]);
         if (plane.id == 0) continue;
         const Axes axes(plane.normal);
         for (int i = 0; i < kChunkVoxels; ++i) {
             const int at[3] = {i & 7, i >> 3 & 7, i >> 6};
-            if (out.weight[i] != 0 || !(chunk.fill_cells[f] >> (8 * at[axes.second] + at[axes.first]) & 1))
-                continue;
+            const int column = 8 * at[axes.second] + at[axes.first];
+            const bool own = chunk.fill_cells[f] >> column & 1;
+            if (!own && !(chunk.fill_rim[f] >> column & 1)) continue;
             const Vec3d x = centre + Vec3d{at[0] - 3.5, at[1] - 3.5, at[2] - 3.5} * voxel;
             const double voxels = plane.distance(x) / voxel;
-            if (std::fabs(voxels) > kFillVoxels) continue;
-            const double units = std::floor(voxels * units_per_voxel + 0.5);
-            out.sdf[i] = static_cast<std::int16_t>(std::clamp(units, -32767.0, 32767.0));
+            const bool known = out.weight[i] != 0, inside = known && voxels > 0 && out.sdf[i] < 0;
+            // One completed plane just behind another: the one in front counts. Elsewhere the first.
+            const bool behind =
+                by[i] >= 0 && dot(set_.at(chunk.fill_plane[by[i]]).normal, plane.normal) < 0.9;
+            if (behind || (by[i] < 0 && known && !inside)) continue;
+            if (!own || std::fabs(voxels) > kFillVoxels) {
+                if (by[i] < 0 && inside && voxels < kClearVoxels) out.weight[i] = 0;
+                continue;
+            }
+            const auto units = static_cast<std::int16_t>(
+                std::clamp(std::floor(voxels * units_per_voxel + 0.5), -32767.0, 32767.0));
+            out.sdf[i] = by[i] < 0 ? units : std::min(out.sdf[i], units);
             out.weight[i] = kFillWeight;
+            by[i] = static_cast<std::int8_t>(f);
         }
     }
 }
 
-void PlaneLayer::draw_alone(const Volume& volume) {
+// The meshes of what lies around a chunk read its voxels.
+void PlaneLayer::mark_around(Volume& volume, ChunkKey key) {
+    const Vec3i c = unpack_key(key);
+    for (int i = 0; i < 27; ++i) {
+        const Vec3i beside{c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1};
+        if (!chunk_in_range(beside)) continue;
+        if (const std::uint32_t slot = volume.find(pack_key(beside)); slot != kNoChunk) {
+            volume.flags(slot) |= kChunkStale;
+            volume.mesh_lag(slot) = 65535;
+            continue;
+        }
+        const std::uint32_t entry = overlay_.find(pack_key(beside));
+        if (entry != kNoChunk && (overlay_.alone(entry) || i == 13)) overlay_.set_stale(entry, true);
+    }
+}
+
+void PlaneLayer::draw_alone(Volume& volume) {
     for (std::uint32_t entry = 0; entry < overlay_.count(); ++entry) {
         if (volume.find(overlay_.key(entry)) != kNoChunk) continue;
         ChunkPlanes& chunk = chunks_[entry];
-        overlay_.set_alone(entry, chunk.fills > 0);
-        if (chunk.fills == 0) continue;
-        std::memset(&overlay_.geometry(entry), 0, sizeof(ChunkGeometry));
+        const bool was = overlay_.alone(entry), is = chunk.fills > 0;
+        if (!was && !is) continue;
+        overlay_.set_alone(entry, is);
+        ChunkGeometry& geometry = overlay_.geometry(entry);
+        const ChunkGeometry before = geometry;
+        std::memset(&geometry, 0, sizeof geometry);
         fill(entry, volume.units_to_m());
         chunk.pulled = chunk.fills;
         std::copy_n(chunk.fill_plane, chunk.fills, chunk.pull);
+        if (was != is || std::memcmp(&before, &geometry, sizeof geometry) != 0)
+            mark_around(volume, overlay_.key(entry));
     }
+}
+
+std::uint32_t PlaneLayer::list_stale(const Volume& volume, const std::uint32_t** entries) {
+    std::uint32_t count = 0;
+    for (std::uint32_t entry = 0; options_.enabled && entry < overlay_.count(); ++entry)
+        if (overlay_.stale(entry) && volume.find(overlay_.key(entry)) == kNoChunk) members_[count++] = entry;
+    std::sort(members_, members_ + count,
+              [this](std::uint32_t a, std::uint32_t b) { return overlay_.key(a) < overlay_.key(b); });
+    *entries = members_;
+    return count;
 }
 
 Outline PlaneLayer::outline(std::uint16_t plane, bool completed, ExtentGrid* grid, OutlineCounts* counts) {

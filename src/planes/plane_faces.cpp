@@ -19,18 +19,35 @@ std::uint16_t PlaneLayer::plane_at(Vec3d x, Vec3d normal) const {
     for (int i = 0; i < chunk.pulled; ++i) {
         const GlobalPlane& plane = set_.at(chunk.pull[i]);
         const double distance = std::fabs(plane.distance(x));
-        // 30 degrees: triangles of marching cubes on a plane that is not quite reached tilt.
-        if (plane.id == 0 || !(distance < nearest) || dot(plane.normal, normal) < 0.866) continue;
+        // 40 degrees: triangles of marching cubes on a plane that is not quite reached tilt.
+        if (plane.id == 0 || !(distance < nearest) || dot(plane.normal, normal) < 0.766) continue;
         nearest = distance;
         best = chunk.pull[i];
     }
     return best;
 }
 
+// Whether a plane that is no further than a voxel from x completes the column of the voxel.
+bool PlaneLayer::fills_at(Vec3i voxel, Vec3d x) const {
+    const std::uint32_t entry = overlay_.find(pack_key(chunk_of_voxel(voxel)));
+    if (entry == kNoChunk) return false;
+    const ChunkPlanes& chunk = chunks_[entry];
+    for (int f = 0; f < chunk.fills; ++f) {
+        const GlobalPlane& plane = set_.at(chunk.fill_plane[f]);
+        const Axes axes(plane.normal);
+        if (chunk.fill_cells[f] >> (8 * (voxel[axes.second] & 7) + (voxel[axes.first] & 7)) & 1 &&
+            std::fabs(plane.distance(x)) < static_cast<double>(shape_.voxel_m))
+            return true;
+    }
+    return false;
+}
+
 void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triangles, std::uint64_t count,
                              std::uint8_t* labels, std::uint32_t* ids, std::uint8_t* filled,
                              const Volume& volume, Jobs& jobs) const {
     constexpr std::uint64_t kItem = 1024;  // triangles, some 100 us
+    // Surface passes within a voxel of its voxel; seen aslant that reads up to twice as much.
+    const float inside = -2.5f * volume.voxel_m() / volume.units_to_m();
     jobs.run(static_cast<int>((count + kItem - 1) / kItem), [&](int item, int) {
         const std::uint64_t first = static_cast<std::uint64_t>(item) * kItem;
         for (std::uint64_t t = first; t < std::min(count, first + kItem); ++t) {
@@ -47,12 +64,14 @@ void PlaneLayer::label_faces(const float* positions, const std::uint32_t* triang
             if (labels) labels[t] = known ? set_.at(plane).label : 0;
             if (ids) ids[t] = known ? set_.at(plane).id : 0;
             if (!filled) continue;
-            // Completed: the voxel there was never seen.
+            // Completed: the voxel there was never seen, or was inside something else.
             filled[t] = 0;
             Vec3i at;
             if (!voxel_at(middle, static_cast<double>(shape_.voxel_m), &at)) continue;
             const std::uint32_t slot = volume.find(pack_key(chunk_of_voxel(at)));
-            filled[t] = slot == kNoChunk || volume.geometry(slot).weight[voxel_index(at)] == 0;
+            filled[t] = slot == kNoChunk || volume.geometry(slot).weight[voxel_index(at)] == 0 ||
+                        (static_cast<float>(volume.geometry(slot).sdf[voxel_index(at)]) < inside &&
+                         fills_at(at, middle));
         }
     });
 }

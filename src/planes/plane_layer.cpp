@@ -55,12 +55,12 @@ void PlaneLayer::place(Arena& arena, const PlaneOptions& options, const VolumeSh
 
 void PlaneLayer::clear() {
     overlay_.clear();
+    cameras_ = {};
+    has_up_ = false;
     if (!options_.enabled) return;
     set_.clear();
     random_ = 0;
     dropped_ = 0;
-    cameras_ = {};
-    has_up_ = false;
     labelled_up_ = {0, 0, 1};
     unassigned_count_ = 0;
     described_ = 0;
@@ -100,8 +100,31 @@ std::uint32_t PlaneLayer::list_due(Volume& volume, std::uint64_t frame) {
     return count;
 }
 
+// With a store, chunks leave the map while their entries stay, since planes last longer than a look at them;
+// but when the room is needed they go, and their patches leave the planes.
+void PlaneLayer::make_room(Volume& volume) {
+    for (std::uint32_t entry = overlay_.count(); entry-- > 0;) {
+        const ChunkKey key = overlay_.key(entry);
+        if (overlay_.alone(entry) || volume.find(key) != kNoChunk) continue;
+        const Vec3d centre = centre_of(key);
+        for (int i = 0; i < chunks_[entry].count; ++i) {
+            const Patch& patch = chunks_[entry].patch[i];
+            if (patch.plane != kNoPlane) set_.take(patch.plane, patch, centre);
+        }
+        const std::uint32_t last = overlay_.count() - 1;
+        if (const std::uint32_t slot = volume.find(overlay_.key(last)); slot != kNoChunk && entry != last)
+            if (volume.over(slot) == last) volume.over(slot) = entry;
+        overlay_.remove(entry);
+        chunks_[entry] = chunks_[last];
+    }
+    set_.refit();
+}
+
 void PlaneLayer::update(Volume& volume, std::uint64_t frame, Jobs& jobs) {
     if (!options_.enabled) return;
+    // An eighth of the room is more than a frame takes; and a look through all entries then frees many.
+    if (frame % 16 == 0 && overlay_.count() > overlay_.capacity() - overlay_.capacity() / 8)
+        make_room(volume);
     const std::uint32_t count = list_due(volume, frame);
     process(volume, turn_, count, jobs);
     // Hypotheses cost a walk over the patches without a plane: a few a frame.
@@ -195,6 +218,7 @@ bool PlaneLayer::merge_planes() {
 
 void PlaneLayer::refresh(Volume& volume, const Vec3d* up_world, Jobs& jobs) {
     if (!options_.enabled) return;
+    if (overlay_.count() > overlay_.capacity() - overlay_.capacity() / 8) make_room(volume);
     std::uint32_t count = 0;
     for (std::uint32_t slot = 0; slot < volume.live(); ++slot)
         if (volume.flags(slot) & kChunkUnfitted) turn_[count++] = slot;
@@ -325,6 +349,7 @@ void PlaneLayer::draw(Volume& volume, const std::uint32_t* slots, std::uint32_t 
             over = work.entry;
             if (work.entry == kNoChunk) continue;
             overlay_.set_alone(work.entry, false);
+            overlay_.set_stale(work.entry, false);  // the chunk's own flags tell
             ChunkPlanes& chunk = chunks_[work.entry];
             chunk.pulled = work.pulls;
             std::copy_n(work.pull, work.pulls, chunk.pull);

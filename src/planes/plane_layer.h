@@ -8,6 +8,7 @@
 #include "core/arena.h"
 #include "core/jobs.h"
 #include "core/se3.h"
+#include "map/map_file.h"
 #include "map/overlay.h"
 #include "map/volume.h"
 #include "planes/extents.h"
@@ -51,6 +52,7 @@ struct ChunkPlanes {
     std::uint8_t fills;
     std::uint16_t fill_plane[kChunkFills];
     std::uint64_t fill_cells[kChunkFills];
+    std::uint64_t fill_rim[kChunkFills];  // and those beside them
     void begin() { count = pulled = fills = 0; }
 };
 
@@ -68,11 +70,24 @@ class PlaneLayer {
     // else from the planes and the cameras so far, else z).
     void refresh(Volume& volume, const Vec3d* up_world, Jobs& jobs);
 
-    // A camera that the map was fused from.
+    // A camera that the map was fused from; also without planes, for those that will be found in its file.
     void note_camera(const Se3& T_world_camera);
+    MapCameras cameras() const;
+    void set_cameras(const MapCameras& cameras);
     void set_up(Vec3d up_world) { up_ = up_world, has_up_ = true; }
     // The direction that the last labels are by.
     Vec3d up() const { return labelled_up_; }
+
+    // Entries where planes complete, or completed, surface in chunks that the volume does not have, and whose
+    // mesh may differ from the one last extracted, in key order; *entries is valid until the next call here.
+    std::uint32_t list_stale(const Volume& volume, const std::uint32_t** entries);
+    void mark_meshed(ChunkKey key) {
+        const std::uint32_t entry = overlay_.find(key);
+        if (entry != kNoChunk) overlay_.set_stale(entry, false);
+    }
+
+    // Memory for find_objects, until the next call here.
+    FootprintMemory lend() { return extents_.lend(); }
 
     DescribedPlanes described() const { return {shapes_, boxes_, labels_, described_}; }
 
@@ -128,8 +143,11 @@ class PlaneLayer {
     void describe(const Volume& volume, const Vec3d* up_world);
     void keep_fills(std::uint16_t plane, const ExtentGrid& grid);
     void fill(std::uint32_t entry, float units_to_m);
-    void draw_alone(const Volume& volume);
+    void draw_alone(Volume& volume);
+    void mark_around(Volume& volume, ChunkKey key);
+    void make_room(Volume& volume);
     bool covers(std::uint32_t plane, Vec3d x) const;
+    bool fills_at(Vec3i voxel, Vec3d x) const;
     bool merge_planes();
     // New planes among the patches that have none: `tries` hypotheses. Returns how many.
     int seed(int tries);

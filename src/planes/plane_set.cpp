@@ -75,8 +75,8 @@ std::uint32_t PlaneSet::take_events(PlaneEvent* out, std::uint32_t capacity, std
     std::copy_n(events_, count, out);
     std::copy(events_ + count, events_ + event_count_, events_);
     event_count_ -= count;
-    *lost = lost_events_;
-    if (event_count_ == 0) lost_events_ = 0;
+    *lost = lost_events_;  // told once
+    lost_events_ = 0;
     return count;
 }
 

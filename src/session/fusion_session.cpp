@@ -102,7 +102,7 @@ void FusionSession::fuse(const FrameView& frame, Jobs& jobs, FrameReport* report
     report->valid_pixels = depth_.image.valid;
     const double integrated = now_ms();
     report->integrate_ms = integrated - start;
-    if (planes_.enabled()) planes_.note_camera(frame.T_world_camera);
+    planes_.note_camera(frame.T_world_camera);
     planes_.update(volume_, frames_, jobs);
     report->planes_ms = now_ms() - integrated;
     dropped_ += report->chunks.dropped;
@@ -156,6 +156,7 @@ void FusionSession::bring_around(ChunkKey key) {
 MeshCounts FusionSession::mesh_one_chunk(ChunkKey key, const MeshOptions& options, const MeshBuffers& out) {
     bring_around(key);
     const SurfaceField field = surface();
+    planes_.mark_meshed(key);
     if (field.find(key) == kNoChunk) return {};
     const MeshCounts counts = mesh_chunk(field, Neighbourhood(field, unpack_key(key)), options, out);
     if (volume_.find(key) != kNoChunk)
@@ -193,6 +194,7 @@ int FusionSession::mesh_chunks(const ChunkKey* keys, int count, const MeshOption
         return true;
     };
     const auto meshed = [&](int i) {
+        planes_.mark_meshed(keys[i]);
         if (volume_.find(keys[i]) != kNoChunk)
             mark_meshed(volume_, Neighbourhood(volume_, unpack_key(keys[i])), ranges[i].triangles > 0);
     };
@@ -241,6 +243,17 @@ Status FusionSession::with_all_chunks(Body&& body) {
     return body(resident);
 }
 
+MapCameras FusionSession::cameras() const {
+    MapCameras cameras = planes_.cameras();
+    Vec3d up;
+    double sigma_rad = 0;
+    if (cameras.up_is_sure == 0 && gravity(&up, &sigma_rad)) {
+        for (int r = 0; r < 3; ++r) cameras.up[r] = up[r];
+        cameras.up_is_sure = 1;
+    }
+    return cameras;
+}
+
 Status FusionSession::save(const char* path, const MapFileHead& head, Progress* progress) {
     return with_all_chunks(
         [&](ChunkSource& chunks) { return save_map(chunks, options_.volume, head, path, progress, extra_); });
@@ -256,6 +269,7 @@ Status FusionSession::load(const char* path, const MapFileHead& head, Progress* 
     clear();
     BURIN_TRY(load_map(volume_, head, path, scratch_, progress, extra_));
     frames_ = head.frames;
+    planes_.set_cameras(head.cameras);
     tracking_.look_for_camera();
     return {};
 }
@@ -264,6 +278,7 @@ Status FusionSession::load(MapReader& reader, const MapFileHead& head, const cha
     clear();
     BURIN_TRY(load_map(volume_, head, reader, name, scratch_, progress, extra_));
     frames_ = head.frames;
+    planes_.set_cameras(head.cameras);
     tracking_.look_for_camera();
     return {};
 }

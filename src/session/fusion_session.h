@@ -92,9 +92,16 @@ class FusionSession {
     template <class Put>
     std::uint64_t changed_chunks(const ChangeRule& rule, Put&& put, std::uint64_t capacity) {
         const std::uint32_t count = list_changed(volume_, rule, frames_, scratch_);
-        for (std::uint32_t i = 0; i < count && i < capacity; ++i)
-            put(i, unpack_key(volume_.key(scratch_[i])));
-        return count;
+        // And what planes complete where the map has no chunk.
+        const std::uint32_t* entries = nullptr;
+        const std::uint32_t completed = planes_.list_stale(volume_, &entries);
+        for (std::uint32_t i = 0, k = 0; i + k < count + completed && i + k < capacity;) {
+            const ChunkKey own = i < count ? volume_.key(scratch_[i]) : ~ChunkKey{0},
+                           other = k < completed ? planes_.overlay().key(entries[k]) : ~ChunkKey{0};
+            put(i + k, unpack_key(std::min(own, other)));
+            ++(own < other ? i : k);
+        }
+        return std::uint64_t{count} + completed;
     }
 
     void raycast_map(const Camera& camera, const Se3& T_world_camera, const RaycastImages& out,
@@ -102,6 +109,8 @@ class FusionSession {
         raycast(volume_, camera, T_world_camera, options_.depth.max_depth_m, out, jobs);
     }
 
+    // For the head of a map file.
+    MapCameras cameras() const;
     Status save(const char* path, const MapFileHead& head, Progress* progress = nullptr);
     Status save(MapWriter& writer, const MapFileHead& head, const char* name, Progress* progress);
     // On failure the map is empty.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Grids of cells for tests of a plane's extent: drawn ones, random ones, and their components by a flood.
-// Drawn grids have their highest row first, as v points up: '.' unknown, '#' seen, 'x' blocked, 'o' filled.
+// Drawn grids have their highest row first, as v points up: '.' unknown, '#' seen, 'x' blocked, 'o' filled,
+// '+' another plane meets it.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace burin {
 
 constexpr CellMask kSeenMask = mask_of(kCellSeen);
 constexpr int kGrids = sized(400, 40);  // random grids a test; some milliseconds each at most
-inline const std::string kKinds = ".#xo";
+inline const std::string kKinds = ".#xo+";
 
 struct Grid {
     Grid(int w, int h) : width(w), height(h), cells(static_cast<std::size_t>(w) * h) {}
@@ -57,11 +58,11 @@ inline Grid random_grid(Rng& rng, int side) {
     const double share = rng.uniform(0, 1), other = rng.uniform(0, 0.4);
     for (std::uint8_t& cell : grid.cells) {
         if (rng.uniform(0, 1) < share) cell = kCellSeen;
-        if (rng.uniform(0, 1) < other) cell = static_cast<std::uint8_t>(rng.below(4));
+        if (rng.uniform(0, 1) < other) cell = static_cast<std::uint8_t>(rng.below(5));
     }
     for (int patch = rng.below(6); patch > 0; --patch) {
         const int u = rng.below(grid.width), v = rng.below(grid.height), size = 1 + rng.below(side / 2);
-        const auto kind = static_cast<std::uint8_t>(rng.below(8) < 5 ? rng.below(2) : rng.below(4));
+        const auto kind = static_cast<std::uint8_t>(rng.below(8) < 5 ? rng.below(2) : rng.below(5));
         for (int y = v; y < std::min(v + size, grid.height); ++y)
             for (int x = u; x < std::min(u + size, grid.width); ++x) grid.at(x, y) = kind;
     }

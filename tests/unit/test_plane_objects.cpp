@@ -100,7 +100,11 @@ struct Scan {
                           shapes.data(),
                           extents.data(),
                           plane_labels.data(),
-                          static_cast<int>(shapes.size())};
+                          static_cast<int>(shapes.size()),
+                          {}};
+        std::vector<std::uint8_t> kinds(200000), depths(200000);
+        std::vector<std::uint32_t> parents(200000);
+        input.footprint = {kinds.data(), depths.data(), parents.data(), kinds.size()};
         const int count =
             find_objects(input, {}, scratch.data(), out.data(), capacity, needed, faces->data());
         out.resize(static_cast<std::size_t>(count));
@@ -205,6 +209,51 @@ TEST(PlaneObjects, OfRenderedDesks) {
     std::printf("objects: %d of %d found, %d that are none\n", found, all, extra);
     EXPECT_GE(found, 0.95 * all);
     EXPECT_LE(extra, 0.1 * all);
+}
+
+// Discs seen from above, in cells of 5 mm: how many parts, and whether every disc has its own.
+struct Disc {
+    double u, v, radius;
+    bool stands;
+};
+int parts_of(const std::vector<Disc>& discs, bool* own) {
+    PlaneExtent support;
+    support.facing = Facing::up;
+    support.axis[0] = {1, 0, 0};
+    support.axis[1] = {0, 1, 0};
+    std::vector<std::uint8_t> kinds(20000), depths(20000);
+    std::vector<std::uint32_t> parents(20000);
+    Footprint footprint;
+    const double low[2] = {-0.2, -0.2}, high[2] = {0.4, 0.2};
+    EXPECT_TRUE(footprint.begin({kinds.data(), depths.data(), parents.data(), kinds.size()}, support, low,
+                                high, 0.005));
+    for (const Disc& d : discs)
+        for (double v = -0.2; v < 0.2; v += 0.0025)
+            for (double u = -0.2; u < 0.4; u += 0.0025) {
+                const double r = std::hypot(u - d.u, v - d.v);
+                // Its side comes down to the table.
+                if (r < d.radius) footprint.mark({u, v, 0.1}, d.stands && r > d.radius - 0.005);
+            }
+    const int parts = footprint.split();
+    *own = true;
+    for (std::size_t i = 0; i < discs.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (footprint.part_at({discs[i].u, discs[i].v, 0}) ==
+                footprint.part_at({discs[j].u, discs[j].v, 0}))
+                *own = false;
+    return parts;
+}
+
+TEST(PlaneObjects, ThingsThatNearlyTouchAreCutAtTheirNeck) {
+    bool own = false;
+    EXPECT_EQ(parts_of({{0, 0, 0.08, true}}, &own), 1);
+    EXPECT_EQ(parts_of({{0, 0, 0.08, true}, {0.134, 0.02, 0.06, true}}, &own), 2);
+    EXPECT_TRUE(own);
+    EXPECT_EQ(parts_of({{0, 0, 0.08, true}, {0.06, 0, 0.06, true}}, &own), 1) << "too deep in one another";
+    EXPECT_EQ(parts_of({{0, 0, 0.08, true}, {0.13, 0.02, 0.06, false}}, &own), 1) << "a lamp's head";
+    EXPECT_EQ(parts_of({{0, 0, 0.08, true}, {0.085, 0, 0.01, true}}, &own), 1) << "narrower than noise";
+    EXPECT_EQ(parts_of({{0, 0, 0.08, true}, {0.134, 0.02, 0.06, true}, {0.25, -0.03, 0.07, true}}, &own), 3);
+    EXPECT_TRUE(own);
 }
 
 // A table of 1 x 0.6 m as a height field of 1 cm with two boxes 4 cm apart, whose foot is rounded over 1 cm,
