@@ -186,7 +186,7 @@ inline void write_tum(const TempFolder& folder, const std::vector<Shot>& shots, 
         truth += t;
         for (double v :
              {s.T_world_camera.t.x, s.T_world_camera.t.y, s.T_world_camera.t.z, q.x, q.y, q.z, q.w})
-            truth += " " + digits(v);
+            truth.append(" ").append(digits(v));
         truth += "\n";
     }
     const Camera& c = shots[0].camera;
@@ -255,9 +255,9 @@ inline std::string r3d_metadata_of(const std::vector<Shot>& shots) {
         const Se3 T = y_up(s.T_world_camera, true);
         const Quaternion q = quaternion_of(T.R);
         poses += poses.empty() ? "[" : ",[";
-        for (double v : {q.x, q.y, q.z, q.w, T.t.x, T.t.y}) poses += digits(v) + ",";
-        poses += digits(T.t.z) + "]";
-        stamps += (stamps.empty() ? "" : ",") + seconds(s.t_us);
+        for (double v : {q.x, q.y, q.z, q.w, T.t.x, T.t.y}) poses.append(digits(v)).append(",");
+        poses.append(digits(T.t.z)).append("]");
+        stamps.append(stamps.empty() ? "" : ",").append(seconds(s.t_us));
     }
     const std::string w = std::to_string(c.width), h = std::to_string(c.height);
     return R"({"w":)" + w + R"(,"h":)" + h + R"(,"dw":)" + w + R"(,"dh":)" + h + R"(,"fps":10,"K":[)" +
@@ -294,7 +294,7 @@ inline void write_stray(const TempFolder& folder, const std::vector<Shot>& shots
         const Se3 T = y_up(s.T_world_camera, false);
         const Quaternion q = quaternion_of(T.R);
         odometry += seconds(s.t_us) + ", " + name;
-        for (double v : {T.t.x, T.t.y, T.t.z, q.x, q.y, q.z, q.w}) odometry += ", " + digits(v);
+        for (double v : {T.t.x, T.t.y, T.t.z, q.x, q.y, q.z, q.w}) odometry.append(", ").append(digits(v));
         odometry += "\n";
     }
     const Camera& c = shots[0].camera;
@@ -321,7 +321,7 @@ inline void write_polycam(const TempFolder& folder, const std::vector<Shot>& sho
         for (int r = 0; r < 3; ++r) {
             for (int k = 0; k < 4; ++k) {
                 const double v = k < 3 ? T.R(r, k) : r == 0 ? T.t.x : r == 1 ? T.t.y : T.t.z;
-                json += ",\"t_" + std::to_string(r) + std::to_string(k) + "\":" + digits(v);
+                json.append(",\"t_").append(std::to_string(r) + std::to_string(k) + "\":" + digits(v));
             }
         }
         folder.text("keyframes/corrected_cameras/" + stem + ".json", json + "}");
