@@ -20,8 +20,13 @@ constexpr int kLook = 30;
 StreamInfo stream_of(StreamKind kind, const Camera& camera, int width, int height) {
     StreamInfo s;
     s.kind = kind;
-    s.pixels = kind == StreamKind::depth ? StreamPixels::u16 : StreamPixels::colour;
-    std::snprintf(s.format, sizeof s.format, kind == StreamKind::depth ? "Z16" : "RGB8");
+    s.pixels = kind == StreamKind::depth    ? StreamPixels::u16
+               : kind == StreamKind::colour ? StreamPixels::colour
+                                            : StreamPixels::u8;
+    std::snprintf(s.format, sizeof s.format, "%s",
+                  kind == StreamKind::depth    ? "Z16"
+                  : kind == StreamKind::colour ? "RGB8"
+                                               : "levels");
     s.width = width;
     s.height = height;
     s.calibrated = true;
@@ -37,7 +42,7 @@ bool same_pose(const Se3& a, const Se3& b) {
 }
 
 // The device that would have delivered these frames.
-Status describe(const Dataset& dataset, int begin, int end, DeviceInfo* info) {
+Status describe(const Dataset& dataset, int begin, int end, DeviceInfo* info, std::uint8_t* min_confidence) {
     Frame frame;
     std::int64_t first_ns = 0;
     std::snprintf(info->name, sizeof info->name, "%s data set", dataset.format());
@@ -61,6 +66,11 @@ Status describe(const Dataset& dataset, int begin, int end, DeviceInfo* info) {
             s.T_stream_depth = frame.T_colour_depth;
             s.fps = info->at(StreamKind::depth).fps;
             info->at(StreamKind::colour) = s;
+        }
+        if (!frame.confidence.empty() && !info->has(StreamKind::confidence)) {
+            info->at(StreamKind::confidence) = stream_of(StreamKind::confidence, frame.depth_camera,
+                                                         frame.confidence.width, frame.confidence.height);
+            *min_confidence = frame.min_confidence;
         }
         info->has_imu = info->has_imu || !frame.imu.empty();
         info->T_camera_imu = frame.T_camera_imu;
@@ -86,6 +96,9 @@ class FrameOfDataset {
         if (!frame.colour.empty())
             put(StreamKind::colour, frame.colour.pixels.data(), frame.colour_camera, frame.colour_t_ns,
                 index);
+        if (!frame.confidence.empty())
+            put(StreamKind::confidence, frame.confidence.pixels.data(), frame.depth_camera, frame.t_ns,
+                index);
         captured_.imu = frame.imu.data();
         captured_.imu_count = static_cast<int>(frame.imu.size());
         return {};
@@ -104,6 +117,12 @@ class FrameOfDataset {
         if (!metres && frame.depth_unit_m != d.unit_m)
             return Status::error(Code::format, "frame %d: a depth unit of %g m, expected %g as in the first",
                                  index, frame.depth_unit_m, d.unit_m);
+        const StreamInfo& levels = info_.at(StreamKind::confidence);
+        if (!frame.confidence.empty() &&
+            (frame.confidence.width != levels.width || frame.confidence.height != levels.height))
+            return Status::error(Code::format, "frame %d: confidence of %dx%d, expected %dx%d as before",
+                                 index, frame.confidence.width, frame.confidence.height, levels.width,
+                                 levels.height);
         if (frame.colour.empty()) return {};
         if (frame.colour.width != c.width || frame.colour.height != c.height || frame.colour.channels != 3)
             return Status::error(Code::format, "frame %d: colour of %dx%d, expected %dx%d as before", index,
@@ -165,8 +184,8 @@ Status record_dataset(const Dataset& dataset, const std::string& folder, const s
         return Status::error(Code::invalid_argument, "%s: %d frames, asked for are those from %d on",
                              source.c_str(), dataset.frame_count(), options.begin);
     DeviceInfo info;
-    BURIN_TRY(describe(dataset, options.begin, end, &info));
     RecordingOptions recording;
+    BURIN_TRY(describe(dataset, options.begin, end, &info, &recording.min_confidence));
     recording.lossless = true;
     recording.colour = options.colour;
     recording.jpeg_quality = options.jpeg_quality;

@@ -28,6 +28,7 @@ class Recording final : public Dataset {
     Result<std::unique_ptr<Worker>> take_worker() const;
     Status load(int index, Worker* worker, Frame* out) const;
     Status load_colour(std::uint64_t offset, Worker* worker, Frame* out) const;
+    Status load_confidence(std::uint64_t offset, Worker* worker, Frame* out) const;
 
     RecordingReader reader_;
     std::vector<int> frames_;  // those with depth
@@ -35,7 +36,8 @@ class Recording final : public Dataset {
     mutable std::vector<std::unique_ptr<Worker>> idle_;
 };
 
-constexpr int kDepth = static_cast<int>(StreamKind::depth), kColour = static_cast<int>(StreamKind::colour);
+constexpr int kDepth = static_cast<int>(StreamKind::depth), kColour = static_cast<int>(StreamKind::colour),
+              kConfidence = static_cast<int>(StreamKind::confidence);
 
 template <class T>
 void clear(Image<T>* image) {
@@ -118,6 +120,19 @@ Status Recording::load_colour(std::uint64_t offset, Worker* worker, Frame* out) 
     return {};
 }
 
+// A level a depth pixel; of another size it says nothing about them and is left out.
+Status Recording::load_confidence(std::uint64_t offset, Worker* worker, Frame* out) const {
+    const StreamInfo& s = reader_.info().at(StreamKind::confidence);
+    if (s.width != out->depth_u16.width || s.height != out->depth_u16.height || s.pixels != StreamPixels::u8)
+        return {};
+    resize(&out->confidence, s.width, s.height, 1);
+    RecordHead head;
+    Camera camera;
+    out->min_confidence = reader_.header().streams[kConfidence].min_confidence;
+    return worker->images.read(reader_, offset, StreamKind::confidence, &head, &camera,
+                               out->confidence.pixels.data());
+}
+
 Status Recording::load(int index, Worker* worker, Frame* out) const {
     const RecordingReader::Frame& frame = reader_.frame(index);
     const RecordedFrame& recorded = frame.recorded;
@@ -148,6 +163,8 @@ Status Recording::load(int index, Worker* worker, Frame* out) const {
             return Status::error(Code::format, "%s: frame %d: its pose is no rigid motion", reader_.path(),
                                  index);
     }
+    if (recorded.images[kConfidence] != 0)
+        BURIN_TRY(load_confidence(recorded.images[kConfidence], worker, out));
     int count = 0;
     const ImuSample* samples = reader_.imu(recorded, &count);
     out->imu.assign(samples, samples + count);

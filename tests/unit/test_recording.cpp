@@ -82,6 +82,8 @@ TEST(Recording, IsADataSet) {
         EXPECT_EQ(frame.depth_camera.fx, expected.captured.images[0].camera.fx);
         EXPECT_EQ(frame.T_colour_depth.t.x, info.streams[1].T_stream_depth.t.x);
         EXPECT_EQ(frame.depth_unit_m, 0.00125);
+        EXPECT_EQ(frame.confidence.empty(), expected.pixels[4].empty());
+        EXPECT_EQ(frame.confidence.pixels, expected.pixels[4]);
         EXPECT_EQ(frame.has_pose, n % 2 == 0);
         EXPECT_EQ(frame.imu.size(), expected.imu.size());
         EXPECT_EQ(frame.T_camera_imu.t.z, 0.03);
