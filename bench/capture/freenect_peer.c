@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* libfreenect's own unpacking and registration under names that can be loaded: the library that is installed
- * keeps these functions to itself. bench/capture/run.sh compiles this beside a copy of its sources (0.5.3 to
+ * keeps these functions to itself. bench/capture/run.sh compiles this beside a copy of its sources (0.6 or
  * 0.7), which is not part of this repository. */
 #include "cameras.c"
 #include "registration.c"
