@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Unpacking and registration of a Kinect's frame, beside libfreenect: ./dev bench capture [--rounds N]. Beside it only
-# when BURIN_FREENECT names a folder with libfreenect's sources (src/ and include/ of 0.5.3 to 0.7, say of
-# `apt-get source libfreenect`), since the library that is installed does not let out its unpacking; compiled with
-# Debian's flags. Leaves rows in bench/results/MACHINE.csv.
+# when BURIN_FREENECT names a folder with libfreenect's sources (src/ and include/ of 0.6 or 0.7), since the library
+# that is installed does not let out its unpacking; compiled with Debian's flags. Leaves rows in
+# bench/results/MACHINE.csv.
 set -euo pipefail
 build=${BURIN_BUILD:?run this through ./dev bench}
 results=${BURIN_RESULTS:?run this through ./dev bench}
