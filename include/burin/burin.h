@@ -433,7 +433,8 @@ BURIN_API burin_change_options burin_change_options_default(void);
 /* The chunks to be meshed (again) by burin_chunk_mesh or burin_chunk_meshes after this frame, in key order; a
  * chunk stays in the list until it is meshed. With the default options about as much work every frame,
  * however noisy the depth. With threshold_voxels 0 and interval 1: every chunk whose mesh differs in any bit,
- * as after the last frame. options may be NULL. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
+ * as after the last frame. With planes also chunks that these complete where the map has none, after each
+ * burin_refresh_planes. options may be NULL. INSUFFICIENT_MEMORY: *count holds the needed capacity. */
 BURIN_API burin_status burin_changed_chunks(burin_map map, const burin_change_options* options,
                                             burin_chunk_key* keys, uint64_t capacity, uint64_t* count);
 /* The same with the default options. */
@@ -516,7 +517,7 @@ typedef struct burin_plane_event {
 
 /* What happened to planes (also those too small to be told) since the last call, oldest first; what is handed
  * out is forgotten. *count: how many. *lost, may be NULL: how many more there were that found no room in the
- * map (1024). */
+ * map (1024), told once. */
 BURIN_API burin_status burin_plane_events(burin_map map, burin_plane_event* events, uint64_t capacity,
                                           uint64_t* count, uint64_t* lost);
 
