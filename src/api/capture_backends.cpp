@@ -35,8 +35,7 @@ constexpr const SourceBackend* kBackends[] = {
 #ifdef BURIN_HAVE_LIBCAMERA
     &kLibcameraBackend,
 #endif
-    &kReplayBackend,
-    &kNullBackend,
+    &kReplayBackend,    &kNullBackend,
 };
 
 }  // namespace
