@@ -5,6 +5,7 @@
 #include <cstring>
 #include <new>
 
+#include "capture/calibration.h"
 #include "platform/usb/libusb_io.h"
 #include "platform/usb/usb_list.h"
 
@@ -103,6 +104,8 @@ Status open(const char* text, const SourceOptions& options, void** device, Devic
     if (opened.ok() && has_motor)
         (void)d->motor.open(motor_place, found.model->vendor, found.model->motor, "accelerometer");
     if (opened.ok()) opened = d->sensor.open(options, address.wishes, info);
+    // What somebody measured goes before what the device tells.
+    if (opened.ok() && options.calibration[0]) opened = read_calibration(options.calibration, info);
     if (!opened.ok()) {
         delete d;
         return opened;

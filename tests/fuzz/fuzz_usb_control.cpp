@@ -11,7 +11,9 @@ using namespace burin;
 
 namespace {
 
-constexpr int kRequests = 200;  // then it is gone, so that every input ends
+// Then it is gone, so that every input ends: while answers are of another request, a millisecond passes with
+// each.
+constexpr int kRequests = 80;
 
 class Answers final : public UsbIo {
   public:

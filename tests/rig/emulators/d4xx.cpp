@@ -39,10 +39,9 @@ Control control_of(int selector) {
             return {1, 0, 1, 1, 0};  // external trigger
         case 9:
             return {4, 0, 0xffffffffu, 1, 0x25260303u};  // temperatures of projector and chip
-        case 10:
-            return {1, 0, 1, 1, 1};  // automatic white balance
-        case 11:
-            return {1, 0, 1, 1, 1};  // automatic exposure
+        case 10:                                         // automatic white balance
+        case 11:                                         // automatic exposure
+            return {1, 0, 1, 1, 1};
         case 14:
             return {4, 0, 100, 1, 0};  // LED power
         case 15:

@@ -158,7 +158,7 @@ class KinectMotor : public UsbDevice {
                 return 10;
             }
             case 0x4031:
-                tilt_ = static_cast<std::int8_t>(setup.value);
+                tilt_ = static_cast<std::int16_t>(setup.value);
                 return 0;
             case 0x4006:
                 return 0;

@@ -36,6 +36,22 @@ bool transfer(int fd, void* data, std::size_t size, bool out) {
     return true;
 }
 
+// A port that is still being torn down is not to be asked for: the kernel then keeps the port's lock, and
+// whoever wants it next sleeps for good (seen with Linux 6.1). Rows of the file: hub, port, state (4: free),
+// speed, device, socket, name.
+bool port_is_free(int number) {
+    std::FILE* status = std::fopen("/sys/devices/platform/vhci_hcd.0/status", "r");
+    if (status == nullptr) return true;  // attaching says what is wrong
+    char line[256];
+    bool free_now = false;
+    while (std::fgets(line, sizeof line, status) != nullptr) {
+        int port = -1, state = -1;
+        if (std::sscanf(line, "hs %d %d", &port, &state) == 2 && port == number) free_now = state == 4;
+    }
+    std::fclose(status);
+    return free_now;
+}
+
 }  // namespace
 
 double now_s() {
@@ -54,6 +70,7 @@ void VirtualBus::add(UsbDevice& device, UsbSpeed speed) {
 bool VirtualBus::plug(Port& port) {
     const int first = port.number >= 0 ? port.number : 0, last = port.number >= 0 ? port.number : kPorts - 1;
     for (int number = first; number <= last; ++number) {
+        if (!port_is_free(number)) continue;
         int pair[2];
         if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
             std::perror("socketpair"), std::exit(1);

@@ -27,7 +27,10 @@ unplug() {
     wait_for no_usb
 }
 
-no_usb() { ! any /sys/bus/usb/devices/[0-9]-[1-9]; }
+# Nothing is plugged in, and the kernel has done with every port (state 4).
+no_usb() {
+    ! any /sys/bus/usb/devices/[0-9]-[1-9] && ! grep '^[hs]s ' /sys/devices/platform/vhci_hcd.0/status | grep -qv '^[hs]s *[0-9]* 004 '
+}
 
 # One of these files exists. (ls of several fails already when one goes meanwhile.)
 any() {
