@@ -154,7 +154,8 @@ typedef struct burin_stream_info {
     burin_pose T_stream_depth; /* depth camera coordinates to those of this stream's camera */
 } burin_stream_info;
 
-BURIN_API burin_status burin_source_stream(burin_source source, burin_stream stream, burin_stream_info* info);
+/* stream: a burin_stream. */
+BURIN_API burin_status burin_source_stream(burin_source source, uint32_t stream, burin_stream_info* info);
 
 /* ---------------------------------------------------------------------------------------------------------
  * frames */
@@ -182,9 +183,8 @@ typedef struct burin_captured_frame {
 } burin_captured_frame;
 
 /* The next frame; all its pointers hold until the next call of this, burin_source_stop or burin_source_close.
- * timeout_ns
- * >= 0; 0 only looks. Errors: TIMEOUT; DISCONNECTED: unplugged and not back within timeout_ns (with
- * `reconnect`, call again); ENDED; STATE: not streaming; else what made the source FAILED. */
+ * timeout_ns >= 0; 0 only looks. Errors: TIMEOUT; DISCONNECTED: unplugged and not back within timeout_ns
+ * (with `reconnect`, call again); ENDED; STATE: not streaming; else what made the source FAILED. */
 BURIN_API burin_status burin_source_next(burin_source source, int64_t timeout_ns,
                                          burin_captured_frame* frame);
 
@@ -213,10 +213,9 @@ typedef struct burin_control_range {
     double value, least, most, step, normal; /* normal: the device's default */
 } burin_control_range;
 
-/* At any time between open and close. UNSUPPORTED: this device has no such control. */
-BURIN_API burin_status burin_source_get(burin_source source, burin_control control,
-                                        burin_control_range* range);
-BURIN_API burin_status burin_source_set(burin_source source, burin_control control, double value);
+/* At any time between open and close. control: a burin_control. UNSUPPORTED: this device has no such control. */
+BURIN_API burin_status burin_source_get(burin_source source, uint32_t control, burin_control_range* range);
+BURIN_API burin_status burin_source_set(burin_source source, uint32_t control, double value);
 
 typedef struct burin_stream_counts {
     uint64_t captured, delivered;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <new>
 
+#include "simd/targets.h"
+
 namespace burin {
 namespace {
 
@@ -30,6 +32,7 @@ std::size_t bytes_of(const RawFrame& frame) { return static_cast<std::size_t>(fr
 bool FrameDecoder::reset(StreamKind kind, const SensorMode& mode, const std::uint16_t* table,
                          bool any_depth_format) {
     kind_ = kind, mode_ = mode, table_ = table, any_ = any_depth_format;
+    simd::target_name();  // the choice of kernels allocates, once a process: not in the first frame
     if (kind != StreamKind::colour) return true;
     if (colour_format(mode.format) == PixelFormat::rgb8 && !demosaic_) {
         demosaic_.reset(new (std::nothrow) Demosaic);

@@ -181,11 +181,11 @@ burin_status burin_source_get_state(burin_source source, burin_source_state* sta
     });
 }
 
-burin_status burin_source_stream(burin_source source, burin_stream stream, burin_stream_info* info) {
+burin_status burin_source_stream(burin_source source, uint32_t stream, burin_stream_info* info) {
     if (!info) return tell(source_thread_error(), null_argument("info"));
     return call(source, [&](LiveSource& s) {
-        if (static_cast<unsigned>(stream) >= BURIN_STREAMS)
-            return Status::error(Code::invalid_argument, "stream is %d, expected 0..%d", stream,
+        if (stream >= BURIN_STREAMS)
+            return Status::error(Code::invalid_argument, "stream is %u, expected 0..%d", stream,
                                  BURIN_STREAMS - 1);
         const StreamInfo& i = s.info().streams[stream];
         *info = {};
@@ -264,11 +264,11 @@ burin_status burin_frame_of_capture(burin_source source, const burin_captured_fr
     });
 }
 
-burin_status burin_source_get(burin_source source, burin_control control, burin_control_range* range) {
+burin_status burin_source_get(burin_source source, uint32_t control, burin_control_range* range) {
     if (!range) return tell(source_thread_error(), null_argument("range"));
     return call(source, [&](LiveSource& s) {
-        if (static_cast<unsigned>(control) >= static_cast<unsigned>(kSourceControls))
-            return Status::error(Code::invalid_argument, "control is %d, expected 0..%d", control,
+        if (control >= static_cast<uint32_t>(kSourceControls))
+            return Status::error(Code::invalid_argument, "control is %u, expected 0..%d", control,
                                  kSourceControls - 1);
         ControlRange r;
         const Status status = s.get(static_cast<SourceControl>(control), &r);
@@ -277,10 +277,10 @@ burin_status burin_source_get(burin_source source, burin_control control, burin_
     });
 }
 
-burin_status burin_source_set(burin_source source, burin_control control, double value) {
+burin_status burin_source_set(burin_source source, uint32_t control, double value) {
     return call(source, [&](LiveSource& s) {
-        if (static_cast<unsigned>(control) >= static_cast<unsigned>(kSourceControls))
-            return Status::error(Code::invalid_argument, "control is %d, expected 0..%d", control,
+        if (control >= static_cast<uint32_t>(kSourceControls))
+            return Status::error(Code::invalid_argument, "control is %u, expected 0..%d", control,
                                  kSourceControls - 1);
         if (!(value > -1e12 && value < 1e12))
             return Status::error(Code::invalid_argument, "value is %g, expected a finite number", value);

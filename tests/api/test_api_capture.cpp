@@ -181,7 +181,7 @@ TEST(Capture, FramesGoToTheMapWithoutACopy) {
     captured.struct_size = 4;
     EXPECT_EQ(burin_source_next(s.source, 0, &captured), BURIN_INVALID_ARGUMENT);
     EXPECT_EQ(burin_source_set(s.source, BURIN_CONTROL_EMITTER, 1), BURIN_UNSUPPORTED);
-    EXPECT_EQ(burin_source_set(s.source, static_cast<burin_control>(99), 1), BURIN_INVALID_ARGUMENT);
+    EXPECT_EQ(burin_source_set(s.source, 99, 1), BURIN_INVALID_ARGUMENT);
     burin_destroy(&map);
     std::free(memory);
 }

@@ -255,18 +255,22 @@ TEST(BadDatasets, Table) {
 TEST(BadDatasets, FoldersThatAreNone) {
     const TempFolder folder;
     const std::string file = folder.text("a.txt", "x");
-    for (const std::string& path : {folder.path("missing"), file, std::string()}) {
+    for (const std::string& path : {folder.path("missing"), std::string()}) {
         const Status status = first_error(path, "");
         ASSERT_FALSE(status.ok());
         EXPECT_EQ(status.code(), Code::io);
         EXPECT_NE(std::string(status.text()).find(path), std::string::npos) << status.text();
         EXPECT_NE(std::string(status.text()).find("expected the folder"), std::string::npos) << status.text();
     }
-    // Nothing fits: the message lists what would.
-    const Status nothing = first_error(folder.path(), "");
-    ASSERT_FALSE(nothing.ok());
-    for (const std::string& format : dataset_formats())
-        EXPECT_NE(std::string(nothing.text()).find(format), std::string::npos) << nothing.text();
+    // Nothing fits: the message lists what would, of files for a file and of folders for a folder.
+    const Status no_file = first_error(file, ""), no_folder = first_error(folder.path(), "");
+    EXPECT_EQ(no_file.code(), Code::format);
+    EXPECT_EQ(no_folder.code(), Code::format);
+    for (const std::string& format : dataset_formats()) {
+        const bool in_file = std::string(no_file.text()).find(format + ": ") != std::string::npos;
+        const bool in_folder = std::string(no_folder.text()).find(format + ": ") != std::string::npos;
+        EXPECT_NE(in_file, in_folder) << format << "\n" << no_file.text() << "\n" << no_folder.text();
+    }
     // Each format by force, and one that is unknown.
     for (const std::string& format : dataset_formats()) {
         const Status status = first_error(folder.path(), format);
