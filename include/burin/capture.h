@@ -213,7 +213,8 @@ typedef struct burin_control_range {
     double value, least, most, step, normal; /* normal: the device's default */
 } burin_control_range;
 
-/* At any time between open and close. control: a burin_control. UNSUPPORTED: this device has no such control. */
+/* At any time between open and close. control: a burin_control. UNSUPPORTED: this device has no such control.
+ */
 BURIN_API burin_status burin_source_get(burin_source source, uint32_t control, burin_control_range* range);
 BURIN_API burin_status burin_source_set(burin_source source, uint32_t control, double value);
 

@@ -67,7 +67,8 @@ Result<std::unique_ptr<Dataset>> open_checked(const std::string& path, const std
     for (const Format& format : kFormats)
         if (format.is_file == file)
             wants += (wants.empty() ? "" : "; ") + std::string(format.name) + ": " + format.wants;
-    return Status::error(Code::format, "%s: no known data set, expected one of %s", path.c_str(), wants.c_str());
+    return Status::error(Code::format, "%s: no known data set, expected one of %s", path.c_str(),
+                         wants.c_str());
 }
 
 }  // namespace
