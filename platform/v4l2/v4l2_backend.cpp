@@ -80,24 +80,22 @@ int find_address(const V4l2Found* found, int count, const char* address) {
     return -1;
 }
 
-// Opens the node and, where it shows `kind`, makes a stream of it. The node is closed again otherwise.
-Status try_node(V4l2Device* d, const char* path, int fd, StreamKind kind, bool* taken) {
-    *taken = false;
-    V4l2Stream& s = d->streams[d->count];
-    const Status opened = s.node.open(path, fd, false);
-    if (opened.code() == Code::unsupported) {
-        s.node.close();
-        return {};
-    }
+// What of `kind` the node shows; choice->format is null where nothing.
+Status look_at(V4l2Device* d, const char* path, int fd, StreamKind kind, V4l2Choice* choice) {
+    *choice = V4l2Choice();
+    V4l2Node node;
+    const Status opened = node.open(path, fd, false);
+    if (opened.code() == Code::unsupported) return {};
     BURIN_TRY(opened);
-    BURIN_TRY(choose_v4l2_format(s.node.fd(), path, kind, d->options, &s.choice));
-    if (!s.choice.format) {
-        s.node.close();
-        return {};
-    }
+    return choose_v4l2_format(node.fd(), path, kind, d->options, choice);
+}
+
+// Makes a stream of what the node shows.
+Status take_node(V4l2Device* d, const char* path, int fd, StreamKind kind, const V4l2Choice& choice) {
+    V4l2Stream& s = d->streams[d->count++];
+    BURIN_TRY(s.node.open(path, fd, false));
     s.kind = kind;
-    ++d->count;
-    *taken = true;
+    s.choice = choice;
     BURIN_TRY(set_v4l2_format(s.node.fd(), path, &s.choice));
     return prepare_v4l2_stream(d, &s);
 }
@@ -138,21 +136,32 @@ Status open_streams(V4l2Device* d, const V4l2Found* found, int count, const char
         if (!(d->options.streams & stream_bit(kind)) || d->info.has(kind) ||
             d->count == V4l2Device::kMaxStreams)
             continue;
-        bool taken = false;
+        V4l2Choice choice;
         if (by_fd) {
-            if (d->count == 0)
-                BURIN_TRY(try_node(d, address[0] ? address : "the descriptor", d->options.fd, kind, &taken));
+            const char* path = address[0] ? address : "the descriptor";
+            if (d->count > 0) continue;
+            BURIN_TRY(look_at(d, path, d->options.fd, kind, &choice));
+            if (choice.format) BURIN_TRY(take_node(d, path, d->options.fd, kind, choice));
             continue;
         }
-        // The node of the address first, then the sensor's others.
-        for (int k = 0; k <= count && !taken; ++k) {
+        // The best format of all nodes of the sensor; of equal ones that of the address, then the first.
+        int best = -1;
+        Status failed;  // of a node that is busy, or lacks the size: told when no other will do
+        for (int k = 0; k <= count; ++k) {
             const int i = k == 0 ? self : k - 1;
             if (used[i] || std::strcmp(found[i].parent, found[self].parent) != 0) continue;
-            BURIN_TRY(try_node(d, found[i].node, -1, kind, &taken));
-            if (!taken) continue;
-            used[i] = true;
-            open_metadata(&d->streams[d->count - 1], found, count, found[i]);
+            V4l2Choice here;
+            const Status looked = look_at(d, found[i].node, -1, kind, &here);
+            if (!looked.ok() && failed.ok()) failed = looked;
+            if (!looked.ok() || !here.format || (best >= 0 && here.rank >= choice.rank)) continue;
+            best = i;
+            choice = here;
         }
+        if (best < 0) BURIN_TRY(failed);
+        if (best < 0) continue;
+        BURIN_TRY(take_node(d, found[best].node, -1, kind, choice));
+        used[best] = true;
+        open_metadata(&d->streams[d->count - 1], found, count, found[best]);
     }
     d->device_time = d->count > 0;
     for (int i = 0; i < d->count; ++i) d->device_time = d->device_time && d->streams[i].metadata.is_open();

@@ -13,14 +13,21 @@
 namespace burin {
 namespace {
 
-// Nobody has more; a driver that counts on without end must not hold us up.
-constexpr std::uint32_t kMostFormats = 64, kMostSizes = 64, kMostRates = 32;
+// Nobody has more (vivid counts to some 120 formats); a driver that counts on without end must not hold us
+// up.
+constexpr std::uint32_t kMostFormats = 256, kMostSizes = 64, kMostRates = 32;
 
 bool shows(const V4l2Format& f, StreamKind kind, const char* wanted) {
     if (*wanted && std::strcmp(wanted, f.name) != 0) return false;
     if (f.kind == kind) return true;
     if (kind == StreamKind::depth) return *wanted && may_be_depth(f);
     return false;
+}
+
+// Left and right infrared share a format of twice the bandwidth: last, unless both are wanted.
+int rank_of(const V4l2Format& f, const SourceOptions& o) {
+    const bool both = f.way == V4l2Way::y8i || f.way == V4l2Way::y12i || f.way == V4l2Way::y16i;
+    return v4l2_format_rank(f) + (both && !(o.streams & stream_bit(StreamKind::infrared_right)) ? 1000 : 0);
 }
 
 struct Size {
@@ -99,8 +106,10 @@ Status choose_v4l2_format(int fd, const char* node, StreamKind kind, const Sourc
             size = wanted;
         }
         const double fps = best_rate(fd, f->code, size, o.fps);
-        if (choice->format && v4l2_format_rank(*f) >= v4l2_format_rank(*choice->format)) continue;
+        const int rank = rank_of(*f, o);
+        if (choice->format && rank >= choice->rank) continue;
         choice->format = f;
+        choice->rank = rank;
         choice->width = size.width;
         choice->height = size.height;
         choice->fps = fps;
@@ -127,7 +136,7 @@ Status set_v4l2_format(int fd, const char* node, V4l2Choice* c) {
                              reinterpret_cast<const char*>(&p.pixelformat), p.width, p.height,
                              c->format->name, c->width, c->height);
     const std::uint64_t row = v4l2_row_bytes(*c->format, c->width);
-    c->stride = p.bytesperline > row ? p.bytesperline : row;
+    c->stride = p.bytesperline > row && c->format->way != V4l2Way::inzi ? p.bytesperline : row;
     c->bytes = p.sizeimage;
     const std::uint64_t wanted = v4l2_image_bytes(*c->format, c->width, c->height, c->stride);
     if (c->bytes < wanted)

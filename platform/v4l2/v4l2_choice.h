@@ -9,6 +9,7 @@ namespace burin {
 
 struct V4l2Choice {
     const V4l2Format* format = nullptr;
+    int rank = 0;  // the less the better, among formats of all nodes
     int width = 0, height = 0;
     double fps = 0;
     std::uint64_t stride = 0;  // bytes of a row, as set

@@ -132,10 +132,10 @@ std::uint64_t v4l2_row_bytes(const V4l2Format& f, int width) {
 std::uint64_t v4l2_image_bytes(const V4l2Format& f, int width, int height, std::uint64_t stride) {
     const auto rows = static_cast<std::uint64_t>(height);
     if (f.way == V4l2Way::mjpeg || height < 1) return 0;
-    const std::uint64_t whole = f.way == V4l2Way::inzi ? 2 * rows
-                                : f.colour == PixelFormat::nv12 || f.colour == PixelFormat::nv21
-                                    ? rows + (rows + 1) / 2
-                                    : rows;
+    // Two images below one another, whose rows uvcvideo states together: 4 bytes a pixel, without padding.
+    if (f.way == V4l2Way::inzi) return 2 * rows * v4l2_row_bytes(f, width);
+    const std::uint64_t whole =
+        f.colour == PixelFormat::nv12 || f.colour == PixelFormat::nv21 ? rows + (rows + 1) / 2 : rows;
     // The last row may lack its padding.
     return stride * (whole - 1) + v4l2_row_bytes(f, width);
 }
