@@ -23,5 +23,9 @@ endforeach()
 # NEON of ARMv7 is not IEEE 754 (README.md): the scalar kernels keep the bits.
 set(BURIN_SCALAR_ONLY ON CACHE BOOL "Build the scalar kernels only")
 
+# pkg-config too, else it finds this machine's.
+set(ENV{PKG_CONFIG_LIBDIR} ${CMAKE_SYSROOT}/usr/lib/${triple}/pkgconfig:${CMAKE_SYSROOT}/usr/share/pkgconfig)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${CMAKE_SYSROOT})
+
 # Tests run through it. QEMU_CPU chooses the model, cortex-a7 or cortex-a15 for instance.
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-arm -L ${CMAKE_SYSROOT})
