@@ -18,6 +18,7 @@ constexpr Field kFields[] = {
     {"brightness", 0, 7, true},      {"mask", 1, 65535, true},
     {"scale", -65536, 65536, false}, {"offset", -16777216, 16777216, false},
     {"none", 0, 65536, true},        {"unit", 1e-6, 1, false},
+    {"confidence", 0, 7, true},      {"certain", 1, 65535, true},
 };
 
 void store(const Field& field, double value, RawLayout* l) {
@@ -29,6 +30,8 @@ void store(const Field& field, double value, RawLayout* l) {
     if (!std::strcmp(field.name, "scale")) l->affine.scale = static_cast<float>(value);
     if (!std::strcmp(field.name, "offset")) l->affine.offset = static_cast<float>(value);
     if (!std::strcmp(field.name, "none")) l->affine.none = static_cast<std::uint32_t>(whole);
+    if (!std::strcmp(field.name, "confidence")) l->confidence = whole;
+    if (!std::strcmp(field.name, "certain")) l->certain = whole;
     if (!std::strcmp(field.name, "unit")) l->unit_m = value;
 }
 
@@ -49,8 +52,8 @@ Status parse_raw_layout(const char* text, RawLayout* layout) {
                 field = &f;
         if (!field)
             return Status::error(Code::invalid_argument,
-                                 "layout: '%.*s', expected images= take= brightness= mask= scale= offset= "
-                                 "none= or unit=",
+                                 "layout: '%.*s', expected images= take= brightness= confidence= certain= "
+                                 "mask= scale= offset= none= or unit=",
                                  static_cast<int>(word < 60 ? word : 60), p);
         char* end = nullptr;
         const char* number = p + std::strlen(field->name) + 1;
@@ -64,7 +67,7 @@ Status parse_raw_layout(const char* text, RawLayout* layout) {
         store(*field, value, layout);
         p += word;
     }
-    for (const int which : {layout->take, layout->brightness})
+    for (const int which : {layout->take, layout->brightness, layout->confidence})
         if (which >= layout->images)
             return Status::error(Code::invalid_argument, "layout: image %d of %d, expected less", which,
                                  layout->images);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Filled buffers to images.
+#include <algorithm>
 #include <cstring>
 #include <new>
 
@@ -32,8 +33,9 @@ RawBytes part_of(const RawBytes& raw, int part, int rows, std::uint64_t last_row
     return {raw.data + begin, size, raw.stride};
 }
 
+// Confidence comes first through the memory of `depth`.
 void run_layout(const V4l2Device& d, const V4l2Stream& s, const RawBytes& raw, std::uint8_t* depth,
-                std::uint8_t* infrared) {
+                std::uint8_t* infrared, std::uint8_t* confidence) {
     const StreamInfo& info = d.info.at(StreamKind::depth);
     const std::uint64_t row = v4l2_row_bytes(*s.choice.format, s.choice.width);
     const auto take = [&](int part, std::uint8_t* out) {
@@ -41,6 +43,15 @@ void run_layout(const V4l2Device& d, const V4l2Stream& s, const RawBytes& raw, s
         (void)unpack_image(s.choice.format->packing, part_of(raw, part, info.height, row), {}, view);
         return view;
     };
+    if (confidence) {
+        const View<std::uint16_t> view = take(d.layout.confidence, depth);
+        const View<std::uint8_t> out = bytes(confidence, d.info.at(StreamKind::confidence));
+        const auto certain = static_cast<std::uint32_t>(d.layout.certain);
+        for (int y = 0; y < view.height; ++y)
+            for (int x = 0; x < view.width; ++x)
+                out.row(y)[x] = static_cast<std::uint8_t>(std::min<std::uint32_t>(view.row(y)[x], certain) *
+                                                          255 / certain);
+    }
     const View<std::uint16_t> view = take(d.layout.take, depth);
     for (int y = 0; y < view.height; ++y)
         simd::affine_u16(view.row(y), view.width, d.layout.affine, view.row(y));
@@ -85,6 +96,13 @@ Status prepare_v4l2_stream(V4l2Device* d, V4l2Stream* s) {
     if (f.way == V4l2Way::y8i || f.way == V4l2Way::y12i || f.way == V4l2Way::y16i)
         beside(StreamKind::infrared_right);
     if (raw && d->layout.brightness >= 0) beside(StreamKind::infrared);
+    if (raw && d->layout.confidence >= 0 && d->options.streams & stream_bit(StreamKind::confidence)) {
+        StreamInfo confidence = info;
+        confidence.kind = StreamKind::confidence;
+        confidence.pixels = StreamPixels::u8;
+        set_image_bytes(&confidence);
+        d->info.at(StreamKind::confidence) = confidence;
+    }
     if (s->kind != StreamKind::depth && f.way == V4l2Way::bayer)
         s->demosaic.reset(new (std::nothrow) Demosaic);
     if (f.way == V4l2Way::mjpeg) s->jpeg.reset(new (std::nothrow) JpegDecoder);
@@ -116,12 +134,15 @@ Status hand_over_v4l2(V4l2Device* d, int index, const V4l2Filled& filled, const 
         f.way == V4l2Way::inzi || raw_layout ? StreamKind::infrared : StreamKind::infrared_right;
     const bool two = raw_layout ? d->layout.brightness >= 0 : splits(f);
     std::uint8_t* other = two && d->info.has(second) ? d->sink->acquire(second) : nullptr;
+    std::uint8_t* confidence = raw_layout && d->layout.confidence >= 0 && d->info.has(StreamKind::confidence)
+                                   ? d->sink->acquire(StreamKind::confidence)
+                                   : nullptr;
     char reason[160];
     bool whole = true;
     if (image) {
         std::uint8_t* half = other ? other : s.scratch.get();
         if (raw_layout) {
-            run_layout(*d, s, raw, image, other);
+            run_layout(*d, s, raw, image, other, confidence);
         } else if (f.way == V4l2Way::as_is) {
             for (std::size_t y = 0; y < info.image_bytes / info.row_bytes; ++y) {
                 const std::size_t from = y * s.choice.stride;
@@ -158,8 +179,14 @@ Status hand_over_v4l2(V4l2Device* d, int index, const V4l2Filled& filled, const 
         d->sink->abandon(s.kind, image);
         return given_back;
     }
-    if (other) d->sink->commit(second, other, stamp);
-    if (image) d->sink->commit(s.kind, image, stamp);
+    // What was asked for together is told together: without depth, nothing.
+    const auto tell = [&](StreamKind kind, std::uint8_t* filled_image) {
+        if (filled_image && image) d->sink->commit(kind, filled_image, stamp);
+        if (filled_image && !image) d->sink->abandon(kind, filled_image);
+    };
+    tell(second, other);
+    tell(StreamKind::confidence, confidence);
+    tell(s.kind, image);
     return given_back;
 }
 

@@ -20,7 +20,7 @@ constexpr double kMaxDrift = 500e-6;
 
 }  // namespace
 
-void ClockMap::add(std::int64_t device_ns, std::int64_t host) {
+bool ClockMap::add(std::int64_t device_ns, std::int64_t host) {
     const std::int64_t offset = minus(host, device_ns);
     if (any_) {
         const std::int64_t ahead = minus(offset, minus(host_ns(device_ns), device_ns));
@@ -32,7 +32,7 @@ void ClockMap::add(std::int64_t device_ns, std::int64_t host) {
         open_ = {device_ns, offset};
         base_ns_ = device_ns;
         base_offset_ns_ = offset;
-        return;
+        return true;
     }
     if (offset < open_.offset_ns) open_ = {device_ns, offset};
     if (minus(device_ns, window_start_ns_) >= kWindow_ns) {
@@ -46,6 +46,7 @@ void ClockMap::add(std::int64_t device_ns, std::int64_t host) {
         base_ns_ = device_ns;  // within the first second: the least so far
         base_offset_ns_ = offset;
     }
+    return false;
 }
 
 // Least squares through the least delays; then lowered so that no window lies below it.

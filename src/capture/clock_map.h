@@ -15,8 +15,9 @@ class ClockMap {
     void reset() { *this = ClockMap(); }
 
     // One image: its device time and when its last byte had come. Device time that jumps by more than
-    // kJump_ns against the host's (a device that restarted) begins anew.
-    void add(std::int64_t device_ns, std::int64_t host_ns);
+    // kJump_ns against the host's (a device that restarted) begins anew. True: it was the first, or began
+    // anew.
+    bool add(std::int64_t device_ns, std::int64_t host_ns);
 
     // Host time at which the device's clock showed device_ns, but for the least delay there is. Before any
     // add(): device_ns.

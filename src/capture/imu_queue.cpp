@@ -13,6 +13,13 @@ void ImuQueue::add(const ImuSample& sample) {
     ++count_;
 }
 
+void ImuQueue::map(const ClockMap& clock) {
+    for (int i = 0; i < count_; ++i) {
+        ImuSample& sample = samples_[(first_ + i) % kSamples];
+        sample.t_ns = clock.host_ns(sample.t_ns);
+    }
+}
+
 int ImuQueue::take(std::int64_t t_ns, ImuSample* out) {
     const auto forget = [&](int samples) {
         first_ = (first_ + samples) % kSamples;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "capture/clock_map.h"
 #include "core/imu.h"
 
 namespace burin {
@@ -16,6 +17,8 @@ class ImuQueue {
     void reset() { *this = ImuQueue(); }
     // Readings out of order are passed over; the oldest goes when there is no room.
     void add(const ImuSample& sample);
+    // Readings that came before the clocks' relation was known move to the host's clock.
+    void map(const ClockMap& clock);
     // A reading at or after t_ns has come.
     bool reaches(std::int64_t t_ns) const { return count_ > 0 && at(count_ - 1).t_ns >= t_ns; }
     // Readings for a frame at t_ns in the way of Frame::imu, into `out` (kSamples); those before are

@@ -167,6 +167,7 @@ Status LiveSource::reopen() {
     {
         const std::lock_guard lock(mutex_);
         clock_.reset();
+        clock_known_ = false;
         imu_.reset();
         std::fill(std::begin(sequence_known_), std::end(sequence_known_), false);
         last_image_ns_ = monotonic_ns();

@@ -109,7 +109,7 @@ void LiveSource::lend(StreamKind kind, const std::uint8_t* image, std::size_t st
 void LiveSource::imu(const ImuSample& sample) {
     const std::lock_guard lock(mutex_);
     ImuSample mapped = sample;
-    mapped.t_ns = clock_.host_ns(sample.t_ns);  // before the first image: as it is, and soon forgotten
+    mapped.t_ns = clock_.host_ns(sample.t_ns);  // before the first image: as it is; take_in() will
     imu_.add(mapped);
 }
 
@@ -128,7 +128,13 @@ void LiveSource::take_in(StreamKind kind, int slot, const ImageStamp& stamp) {
     sequence_known_[k] = true;
     last_image_ns_ = monotonic_ns();
     if (stamp.has_device_time) {
-        clock_.add(stamp.device_ns, stamp.host_ns);
+        if (clock_.add(stamp.device_ns, stamp.host_ns)) {
+            if (!clock_known_)
+                imu_.map(clock_);
+            else
+                imu_.reset();  // the device began anew: its readings so far are of another epoch
+            clock_known_ = true;
+        }
         image.t_ns = clock_.host_ns(stamp.device_ns);
         delay_ms_.add(ms(stamp.host_ns - image.t_ns));
     } else {

@@ -58,6 +58,7 @@ Status LiveSource::start() {
         return Status::error(Code::insufficient_memory, "no memory for %d images of each stream", slots);
     pairing_.reset(info_);
     clock_.reset();
+    clock_known_ = false;
     imu_.reset();
     ready_count_ = 0;
     holding_ = stopping_ = false;

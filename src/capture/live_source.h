@@ -129,7 +129,7 @@ class LiveSource final : SourceSink {
     void hand_out(const Bundle& bundle, CapturedFrame* frame);
 
     const SourceBackend* backend_ = nullptr;
-    char address_[160] = "";
+    char address_[4096] = "";  // PATH_MAX: of a recording it is a path
     LiveOptions options_;
     void* device_ = nullptr;
     DeviceInfo info_, delivered_;  // the device's; what is handed out
@@ -152,6 +152,7 @@ class LiveSource final : SourceSink {
     Bundle held_;  // the consumer's
     bool holding_ = false;
     ClockMap clock_;
+    bool clock_known_ = false;  // an image with device time has come since the device began
     ImuQueue imu_;
     ImuSample imu_of_frame_[ImuQueue::kSamples];
     std::uint64_t next_sequence_[kStreamKinds] = {};

@@ -20,6 +20,7 @@ struct Script {
     std::atomic<int> skip{0};          // sequence numbers to leave out next
     std::atomic<std::int64_t> period_ns{5'000'000};
     std::atomic<int> end_after{-1};  // images, then ended
+    std::int64_t clock_ns = 77;      // the device's, at its first image
     bool lend = false, imu = false, camera = false;
     // Told to the test.
     std::atomic<int> opens{0}, closes{0}, starts{0}, stops{0}, lent{0}, given_back{0};
@@ -96,7 +97,7 @@ inline Status scripted_pump(void* device, std::int64_t deadline_ns) {
     d->sequence += static_cast<std::uint64_t>(script->skip.exchange(0));
     ImageStamp stamp;
     stamp.sequence = d->sequence;
-    stamp.device_ns = 77 + static_cast<std::int64_t>(d->sequence) * script->period_ns;
+    stamp.device_ns = script->clock_ns + static_cast<std::int64_t>(d->sequence) * script->period_ns;
     stamp.has_device_time = true;
     stamp.host_ns = monotonic_ns();
     stamp.damaged = script->damaged;

@@ -174,19 +174,24 @@ TEST(D4xx, CameraOfASizeOrAWordWhyNot) {
 TEST(RawLayout, WordsOfABoardByDeclaration) {
     RawLayout l;
     ASSERT_TRUE(parse_raw_layout(
-                    "images=3 take=2 brightness=1 mask=0x0fff scale=0.25 offset=-3 none=4095 unit=0.0005", &l)
+                    "images=3 take=2 brightness=1 mask=0x0fff scale=0.25 offset=-3 none=4095 unit=0.0005 "
+                    "confidence=0 certain=1000",
+                    &l)
                     .ok());
     EXPECT_EQ(l.images, 3);
     EXPECT_EQ(l.take, 2);
     EXPECT_EQ(l.brightness, 1);
+    EXPECT_EQ(l.confidence, 0);
+    EXPECT_EQ(l.certain, 1000);
     EXPECT_EQ(l.affine.mask, 0x0fff);
     EXPECT_EQ(l.affine.scale, 0.25f);
     EXPECT_EQ(l.affine.offset, -3.f);
     EXPECT_EQ(l.affine.none, 4095u);
     EXPECT_EQ(l.unit_m, 0.0005);
     ASSERT_TRUE(parse_raw_layout("", &l).ok());
-    for (const char* bad : {"images=0", "images=2 take=2", "take=1", "scale=nan", "scale=", "mask=70000",
-                            "unit=0", "colour=1", "images=1.5", "images=2,take=1", "brightness=1"}) {
+    for (const char* bad :
+         {"images=0", "images=2 take=2", "take=1", "scale=nan", "scale=", "mask=70000", "unit=0", "colour=1",
+          "images=1.5", "images=2,take=1", "brightness=1", "confidence=1", "certain=0"}) {
         const Status s = parse_raw_layout(bad, &l);
         EXPECT_EQ(s.code(), Code::invalid_argument) << bad;
         EXPECT_NE(std::strstr(s.text(), "layout"), nullptr) << s.text();

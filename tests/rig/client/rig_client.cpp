@@ -44,6 +44,7 @@ constexpr char kUsage[] =
     "    --uid N              as this user\n"
     "    --timeout S          for one frame; default 10\n"
     "    --plain              no pattern in it\n"
+    "    --layout             images are four below one another: infrared, depth, nothing, confidence\n"
     "    --d4xx               intrinsics and extrinsic are those of the emulated D4xx's tables\n"
     "    --nominal            no stream is calibrated\n"
     "    --log                log lines of the source on stderr\n";
@@ -54,7 +55,7 @@ struct Wanted {
     int frames = 0, cycles = 1, imu = 0;
     long damaged = 0, damaged_at_least = 0, reconnects = 0, restarts = 0;
     double timeout_s = 10, imu_is[3] = {};
-    bool plain = false, compare_imu = false, log = false, d4xx = false, nominal = false;
+    bool plain = false, compare_imu = false, log = false, d4xx = false, nominal = false, layout = false;
 };
 
 const char* code_name(Code code) {
@@ -98,11 +99,23 @@ struct Comparison {
     bool yuv = false, jpeg = false;    // the image is RGB out of these
     int step = 1, phase = 0;           // every so manieth sample, from this one on: one image of two
     int first_row = 0;                 // behind another plane
+    bool part = false;                 // one of several below one another
     bool known = false;
 };
 
-Comparison comparison_of(const StreamInfo& s) {
+// With --layout: four images below one another, as LAYOUT says.
+constexpr const char* kLayout =
+    "images=4 take=1 brightness=0 confidence=3 certain=8000 mask=0xffff scale=1 offset=0 none=65536 "
+    "unit=0.001";
+
+Comparison comparison_of(const StreamInfo& s, bool parts) {
     Comparison c;
+    if (parts) {
+        c.format = {rig::Layout::u16, 16, s.width, s.height};
+        c.first_row = (s.kind == StreamKind::depth ? 1 : s.kind == StreamKind::infrared ? 0 : 3) * s.height;
+        c.part = c.known = true;
+        return c;
+    }
     const std::string name = s.format;
     const auto samples = [&](rig::Layout layout, int bits, int columns) {
         c.format = {layout, bits, columns, s.height};
@@ -205,11 +218,21 @@ std::size_t part_mismatches(const StreamInfo& s, const Comparison& c, const Capt
         return rig::pattern_offset(static_cast<std::uint32_t>(c.step * x + c.phase),
                                    static_cast<std::uint32_t>(c.first_row + y));
     };
-    const std::uint32_t mask = (1u << c.format.bits) - 1, n = sample(0, 0) - offset(0, 0);
-    std::size_t wrong = 0;
-    for (int y = 0; y < s.height; ++y)
-        for (int x = 0; x < s.width; ++x) wrong += sample(x, y) != ((n + offset(x, y)) & mask);
-    return wrong;
+    const std::uint32_t mask = (1u << c.format.bits) - 1;
+    const bool confidence = s.kind == StreamKind::confidence;
+    const auto wrong_of = [&](std::uint32_t n, int rows) {
+        std::size_t wrong = 0;
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < s.width; ++x) {
+                const std::uint32_t v = (n + offset(x, y)) & mask;
+                wrong += sample(x, y) != (confidence ? std::min(v, 8000u) * 255 / 8000 : v);
+            }
+        return wrong;
+    };
+    // A byte of confidence does not tell which frame it is, a row does.
+    std::uint32_t n = confidence ? 0 : sample(0, 0) - offset(0, 0);
+    while (confidence && n < 1000 && wrong_of(n, 1) > 0) ++n;
+    return wrong_of(n, s.height);
 }
 
 // Samples that differ from the pattern of the frame that fits best.
@@ -217,7 +240,7 @@ std::size_t mismatches(const StreamInfo& s, const Comparison& c, const CapturedI
     const std::uint32_t mask = (1u << c.format.bits) - 1;
     if (c.yuv) return rgb_mismatches(s, image, 256, 0, [&](int n) { return uyvy_as_rgb(s, c.format, n); });
     if (c.jpeg) return rgb_mismatches(s, image, 24, 4, [&](int n) { return jpeg_as_rgb(s, n); });
-    if (c.step > 1 || c.first_row > 0) return part_mismatches(s, c, image);
+    if (c.part || c.step > 1 || c.first_row > 0) return part_mismatches(s, c, image);
     if (c.mosaic) {
         const std::uint32_t n = image.pixels[1];  // the first pixel is green
         std::vector<std::uint8_t> raw(static_cast<std::size_t>(s.width) * s.height), rgb(3 * raw.size());
@@ -344,7 +367,7 @@ int run_once(const Wanted& w, const SourceBackend& backend, const char* address,
     s = source.start();
     if (!s.ok()) return failed(w, s, "start");
     Comparison comparisons[kStreamKinds];
-    for (int k = 0; k < kStreamKinds; ++k) comparisons[k] = comparison_of(source.info().streams[k]);
+    for (int k = 0; k < kStreamKinds; ++k) comparisons[k] = comparison_of(source.info().streams[k], w.layout);
     for (int n = 0; n < w.frames;) {
         CapturedFrame frame;
         const std::int64_t asked_ns = monotonic_ns();
@@ -464,6 +487,11 @@ bool parse(int argc, char** argv, Wanted* w) {
         }
         if (a == "--d4xx" || a == "--nominal") {
             (a == "--d4xx" ? w->d4xx : w->nominal) = true;
+            continue;
+        }
+        if (a == "--layout") {
+            w->layout = true;
+            std::snprintf(w->options.device.layout, sizeof w->options.device.layout, "%s", kLayout);
             continue;
         }
         if (a == "--log") {

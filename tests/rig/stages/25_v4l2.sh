@@ -21,11 +21,12 @@ check v4l2.uvc.y16 rig_client v4l2:$D 5 --depth-format Y16
 check v4l2.uvc.y10 rig_client v4l2:$D 5 --depth-format Y10 --size 320x240
 check v4l2.uvc.y12 rig_client v4l2:$D 5 --depth-format Y12 --size 320x240
 check v4l2.uvc.inzi rig_client v4l2:$D 5 --streams depth,infrared --depth-format INZI
+check v4l2.uvc.layout rig_client v4l2:$D 5 --streams depth,infrared,confidence --depth-format Y16 --layout
 check v4l2.uvc.both rig_client v4l2:$D 8 --streams depth,colour
 check v4l2.uvc.infrared rig_client v4l2:$D 5 --streams infrared,infrared_right
 check v4l2.uvc.yuyv rig_client v4l2:$D 5 --streams colour --colour-format YUYV
 check v4l2.uvc.uyvy rig_client v4l2:$D 5 --streams colour --colour-format UYVY --colour-size 320x240
-check v4l2.uvc.mjpg rig_client v4l2:$D 5 --streams colour --colour-format MJPG
+check v4l2.uvc.mjpg rig_client v4l2:$D 5 --streams colour --colour-format MJPG --damaged 60
 check v4l2.uvc.facts rig_client v4l2:$D 2 --streams depth,colour --d4xx
 check v4l2.uvc.descriptor rig_client v4l2: 5 --fd $D
 plug rig_uvc_camera -f 'at 6 unplug 700'

@@ -1,3 +1,4 @@
+# only amd64
 # PrimeSense PS1080 as OpenNI2's driver sees it.
 plug rig_ps1080
 check ps1080.openni.depth3 rig_openni 5 depth 3

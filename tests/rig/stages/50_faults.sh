@@ -1,3 +1,4 @@
+# only amd64
 # Faults of the emulators, as independent hosts take them: what is delivered is right, and streaming goes on.
 plug rig_uvc_camera -f 'at 5 unplug'
 check fault.uvc.unplug rig_v4l $(node uvcvideo) grab 'Z16 ' 640 480 100 --until-gone

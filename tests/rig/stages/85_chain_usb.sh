@@ -1,3 +1,4 @@
+# only arm64
 # needs usb
 # The whole chain: emulated sensor, Burin's driver, burin scan, a mesh; the mesh is compared with the room on the host. The sensor waits
 # for its reader (bulk transfers), so that an emulated processor keeps up.
