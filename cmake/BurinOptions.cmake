@@ -9,13 +9,16 @@ if(PROJECT_IS_TOP_LEVEL AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
     set(CMAKE_CXX_COMPILER_LAUNCHER ${BURIN_CCACHE})
   endif()
 endif()
-# Precompiled headers of large libraries halve a first build; ccache, which knows them only by its own settings, does
-# without.
+# Precompiled headers of large libraries halve a first build. ccache keeps nothing that is compiled with them, so where
+# it serves they are off, unless the environment (.ci/run) says otherwise.
+set(precompile ON)
 if(CMAKE_CXX_COMPILER_LAUNCHER)
-  set(BURIN_PRECOMPILE OFF)
-else()
-  set(BURIN_PRECOMPILE ON)
+  set(precompile OFF)
 endif()
+if(DEFINED ENV{BURIN_PRECOMPILE})
+  set(precompile $ENV{BURIN_PRECOMPILE})
+endif()
+set(BURIN_PRECOMPILE ${precompile} CACHE BOOL "Precompile the headers of large libraries")
 # What is not hot compiles in half the time so.
 if(BURIN_SANITIZE OR BURIN_FUZZ)
   set(BURIN_COLD_CODE -O0)
@@ -37,16 +40,14 @@ target_compile_options(burin_options INTERFACE
   # Contraction into fused multiply-adds is the one value-changing transform compilers do by default; without it
   # every target computes the same bits (design, promise 3).
   -ffp-contract=off)
-if(BURIN_SCALAR_ONLY)
-  target_compile_definitions(burin_options INTERFACE BURIN_SCALAR_ONLY=1)
-endif()
 if(CMAKE_SIZEOF_VOID_P EQUAL 4)
   # Else offsets in files have 32 bits there, and a store ends at 2 GiB.
   target_compile_definitions(burin_options INTERFACE _FILE_OFFSET_BITS=64)
 endif()
 if(BURIN_SANITIZE)
-  # vptr checks look for run-time types, which the runtime has none of.
-  target_compile_options(burin_options INTERFACE -fsanitize=${BURIN_SANITIZE} -fno-sanitize=vptr -fno-omit-frame-pointer -fno-sanitize-recover=all
+  # vptr checks look for run-time types, which the runtime has none of; those of null take a quarter of the time to
+  # compile, and a null that is used ends the program anyway.
+  target_compile_options(burin_options INTERFACE -fsanitize=${BURIN_SANITIZE} -fno-sanitize=vptr,null -fno-omit-frame-pointer -fno-sanitize-recover=all
     # GCC says of itself that sanitizers give this warning false positives (here: inside <regex> and <functional>).
     $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(burin_options INTERFACE -fsanitize=${BURIN_SANITIZE})
