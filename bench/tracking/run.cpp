@@ -7,7 +7,9 @@
 #include <memory>
 
 #include "core/jobs.h"
+#include "core/triangle_mesh.h"
 #include "datasets/open.h"
+#include "export/ply.h"
 #include "support/frames.h"
 
 namespace burin::bench {
@@ -16,9 +18,9 @@ namespace {
 void print_frame(const TrackedFrame& f) {
     const TrackingReport& r = f.tracking;
     std::printf(
-        "%4d %s evals %2d close %.3f known %.3f cost %.3f scale %.3f colour %.2f weakest %.2f mm "
+        "%4d %s %s evals %2d close %.3f known %.3f cost %.3f scale %.3f colour %.2f weakest %.2f mm "
         "free %d jump %.1f mm %.2f deg error %.1f mm\n",
-        f.index,
+        f.step, r.relocalised ? "found" : "     ",
         r.state == TrackingState::tracking ? "ok  "
         : r.state == TrackingState::weak   ? "weak"
                                            : "lost",
@@ -33,6 +35,21 @@ void hand_on(const std::vector<ImuSample>& from, std::vector<ImuSample>* to) {
     for (const ImuSample& s : *to)
         if (all.empty() || s.t_ns > all.back().t_ns) all.push_back(s);
     *to = std::move(all);
+}
+
+Status write_mesh_of(FusionSession& session, bool colour, const std::string& path, Jobs& jobs) {
+    const MeshOptions options;
+    const MeshCounts counts = session.count_mesh(options, jobs);
+    TriangleMesh mesh;
+    mesh.positions.resize(counts.vertices);
+    mesh.normals.resize(counts.vertices);
+    mesh.triangles.resize(counts.triangles);
+    if (colour) mesh.colours.resize(counts.vertices);
+    session.extract_mesh(options,
+                         {&mesh.positions.data()->x, &mesh.normals.data()->x,
+                          colour ? mesh.colours.data()->data() : nullptr, mesh.triangles.data()->data()},
+                         jobs);
+    return write_ply(path, mesh);
 }
 
 struct Freed {
@@ -60,10 +77,18 @@ Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
     Frame frame;
     std::vector<ImuSample> left_over;
     int number = 0;
+    std::int64_t turn_ns = 0;
+    const int last = std::min(o.last, (*dataset)->frame_count());
+    if (o.back) run.turn = last;
+    const int steps = o.back ? 2 * last - 1 - o.first : last;
     // Decoded in between, not ahead: a thread that decodes would count and be in the way.
-    for (int i = o.first; i < std::min(o.last, (*dataset)->frame_count()); ++i) {
+    for (int step = o.first; step < steps; ++step) {
+        const int i = step < last ? step : 2 * (last - 1) - step;
         BURIN_TRY((*dataset)->load(i, &frame));
         if (!frame.has_pose && run.frames.empty()) continue;
+        if (o.back) frame.imu.clear();
+        if (step < last) turn_ns = frame.t_ns;
+        else frame.t_ns = 2 * turn_ns - frame.t_ns;
         if (number++ % o.disturbance.skip != 0) {
             hand_on(left_over, &frame.imu);
             left_over = frame.imu;
@@ -71,14 +96,15 @@ Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
         }
         hand_on(left_over, &frame.imu);
         left_over.clear();
-        disturb(o.disturbance, i, &frame);
+        disturb(o.disturbance, step, &frame);
         run.has_imu = run.has_imu || !frame.imu.empty();
         const double cpu_start = cpu_ms();
         const ScanReport r = session->scan(view_of(frame), jobs);
-        run.frames.push_back({i, frame.t_ns, frame.has_pose, frame.T_world_camera, r.tracking,
+        run.frames.push_back({i, step, frame.t_ns, frame.has_pose, frame.T_world_camera, r.tracking,
                               r.fusion.depth_ms, r.fusion.integrate_ms, cpu_ms() - cpu_start});
         if (o.verbose) print_frame(run.frames.back());
     }
+    if (!o.mesh.empty()) BURIN_TRY(write_mesh_of(*session, o.config.colour, o.mesh, jobs));
     run.chunks = session->volume().live();
     return run;
 }

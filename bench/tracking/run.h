@@ -16,11 +16,14 @@ struct RunOptions {
     TrackingOptions tracking;
     Disturbance disturbance;
     int first = 0, last = 1 << 30, threads = 2;
+    bool back = false;     // then the same frames backwards: every place is seen again. Without the IMU
     bool verbose = false;  // a line a frame
+    std::string mesh;      // a file for the mesh of the map at the end, none: empty
 };
 
 struct TrackedFrame {
     int index = 0;  // in the data set
+    int step = 0;   // in the run: the index, and on the way back it goes on
     std::int64_t t_ns = 0;
     bool has_truth = false;
     Se3 T_true;  // world from camera
@@ -34,6 +37,7 @@ struct TrackedFrame {
 
 struct Run {
     std::vector<TrackedFrame> frames;
+    int turn = 1 << 30;  // the step at which the way back begins
     bool has_imu = false;
     std::uint32_t chunks = 0;  // in the map at the end
 };

@@ -66,29 +66,72 @@ struct Part {
     }
 };
 
+// The way back through what was seen before the disturbance: all of it should be tracked again, and stand
+// where it stood.
+struct Return {
+    int frames = 0, ok = 0, weak = 0, lost = 0;
+    int first_ok = -1;         // of them, counted from the first that is back
+    double worst_again_m = 0;  // between both poses of a place, where both were sure
+    double worst_ok_since_m = 0;
+};
+
+Return way_back(const Run& run, const Span& span, const TrackedFrame* since) {
+    Return r;
+    for (const TrackedFrame& f : run.frames) {
+        const bool everywhere = span.first <= run.frames.front().step;
+        if (f.step < std::max(run.turn, span.last == 1 << 30 ? 0 : span.last) ||
+            (!everywhere && f.index >= span.first))
+            continue;
+        ++r.frames;
+        r.lost += f.lost();
+        r.weak += f.tracking.state == TrackingState::weak;
+        if (f.tracking.state != TrackingState::tracking) continue;
+        if (++r.ok == 1) r.first_ok = r.frames - 1;
+        if (since && f.has_truth) r.worst_ok_since_m = std::max(r.worst_ok_since_m, motion_error_m(*since, f));
+        for (const TrackedFrame& before : run.frames)
+            if (before.index == f.index && before.step < f.step &&
+                before.tracking.state == TrackingState::tracking)
+                r.worst_again_m = std::max(
+                    r.worst_again_m, norm(f.tracking.T_world_camera.t - before.tracking.T_world_camera.t));
+    }
+    return r;
+}
+
+Json json_of(const Return& r) {
+    return {{"frames", r.frames},
+            {"ok", r.ok},
+            {"weak", r.weak},
+            {"lost", r.lost},
+            {"first_ok", r.first_ok},
+            {"worst_again_mm", 1e3 * r.worst_again_m},
+            {"worst_ok_since_mm", 1e3 * r.worst_ok_since_m}};
+}
+
 // `since`: the last frame before the disturbance that was tracked.
 Json around(const Run& run, const Span& span) {
     Part before, during, after;
     const TrackedFrame* since = nullptr;
     const TrackedFrame* later = nullptr;
+    if (span.first <= run.frames.front().step) since = &run.frames.front();
     Json found = nullptr;  // frames after the disturbance until one is tracked again
     for (const TrackedFrame& f : run.frames) {
         const bool ok = f.tracking.state == TrackingState::tracking;
-        if (f.index < span.first) {
+        if (f.step < span.first) {
             before.add(f, nullptr);
             if (ok && f.has_truth) since = &f;
             continue;
         }
-        (span.has(f.index) ? during : after).add(f, since);
-        if (span.has(f.index)) continue;
-        if (found.is_null() && ok) found = f.index - span.last;
-        if (f.index >= span.last + kFramesAfter && !later && f.has_truth && !f.lost()) later = &f;
+        (span.has(f.step) ? during : after).add(f, since);
+        if (span.has(f.step)) continue;
+        if (found.is_null() && ok) found = f.step - span.last;
+        if (f.step >= span.last + kFramesAfter && !later && f.has_truth && !f.lost()) later = &f;
     }
     Json json = {{"before", before.json()}, {"during", during.json()}, {"after", after.json()}};
     json["found_after_frames"] = found;
-    json["later_frame"] = later ? Json(later->index) : Json(nullptr);
+    json["later_frame"] = later ? Json(later->step) : Json(nullptr);
     json["later_mm"] = later ? Json(1e3 * later->error_m()) : Json(nullptr);
     json["later_since_mm"] = later && since ? Json(1e3 * motion_error_m(*since, *later)) : Json(nullptr);
+    if (run.turn < 1 << 30) json["back"] = json_of(way_back(run, span, since));
     return json;
 }
 
@@ -156,7 +199,7 @@ Result<Json> score_run(const Run& run, const Disturbance& disturbance) {
          first_frame(run,
                      [](const TrackedFrame& f) { return !f.lost() && f.has_truth && f.error_m() > kOffM; })},
     };
-    if (disturbance.any()) row["disturbance"] = around(run, disturbance.span());
+    if (disturbance.any() || run.turn < 1 << 30) row["disturbance"] = around(run, disturbance.span());
     return row;
 }
 
@@ -181,6 +224,14 @@ std::string line_of(const std::string& name, const Json& row) {
     }
     if (!d["found_after_frames"].is_null())
         append(&line, "\n    tracked again after %d frames", d["found_after_frames"].get<int>());
+    if (d.contains("back")) {
+        const Json& b = d["back"];
+        append(&line, "\n    back   ok %d weak %d lost %d of %d, the first ok one is number %d, worst %.1f mm from before",
+               b["ok"].get<int>(), b["weak"].get<int>(), b["lost"].get<int>(), b["frames"].get<int>(),
+               b["first_ok"].get<int>(), b["worst_again_mm"].get<double>());
+        if (b["worst_ok_since_mm"].get<double>() > 0)
+            append(&line, ", %.1f mm from the truth", b["worst_ok_since_mm"].get<double>());
+    }
     if (!d["later_since_mm"].is_null())
         append(&line, "; frame %d off %.1f mm, %.1f mm since the disturbance began",
                d["later_frame"].get<int>(), d["later_mm"].get<double>(), d["later_since_mm"].get<double>());

@@ -13,7 +13,7 @@ namespace {
 struct Options {
     std::vector<std::string> datasets;
     RunOptions run;
-    std::string tracker = "sdf", weight = "constant", drop = "none", trajectory, blank, hand;
+    std::string tracker = "sdf", weight = "constant", drop = "none", trajectory, blank, hand, plane;
     bool json = false;
 };
 
@@ -70,8 +70,11 @@ void add_options(CLI::App& app, Options* o) {
     app.add_option("--steps0", tracking.descent.steps[0]);
     app.add_option("--steps1", tracking.descent.steps[1]);
     app.add_option("--steps2", tracking.descent.steps[2]);
-    app.add_option("--blank", o->blank, "A:B, frames without depth and colour");
+    app.add_flag("--back", o->run.back, "then the same frames backwards");
+    app.add_option("--mesh", o->run.mesh, "file for the mesh of the map at the end (PLY)");
+    app.add_option("--blank", o->blank, "A:B, frames without depth and colour; with --back the count goes on");
     app.add_option("--hand", o->hand, "A:B, frames with a hand before the lens");
+    app.add_option("--plane", o->plane, "A:B, frames of which the largest plane alone is seen, without colour");
     app.add_option("--dropout", disturbance.dropout, "share of depth pixels without a reading")
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--skip", disturbance.skip, "every N-th frame only")->check(CLI::Range(1, 100));
@@ -86,7 +89,8 @@ int run(int argc, char** argv) {
     add_options(app, &o);
     CLI11_PARSE(app, argc, argv);
     for (const auto& [text, span] :
-         {std::pair(&o.blank, &o.run.disturbance.blank), std::pair(&o.hand, &o.run.disturbance.hand)})
+         {std::pair(&o.blank, &o.run.disturbance.blank), std::pair(&o.hand, &o.run.disturbance.hand),
+          std::pair(&o.plane, &o.run.disturbance.plane)})
         if (!text->empty() && !parse_span(*text, span))
             return std::fprintf(stderr, "'%s': expected frames A:B with A < B\n", text->c_str()), 2;
     burin_config& config = o.run.config;

@@ -151,6 +151,37 @@ void end_store(const ReconstructOptions& o, burin_map map, const Totals& totals)
                      o.store.c_str(), o.map.config.store_chunks);
 }
 
+// report.json, and what else belongs to the command.
+Status write_report(const ReconstructOptions& o, const ReconstructSteps& steps, FrameFeed& feed,
+                    burin_map map, const Totals& totals, double surface_m2, nlohmann::json* report) {
+    *report = make_report(o, map, totals, surface_m2);
+    if (nlohmann::json capture = feed.report(); !capture.is_null()) {
+        capture["latency_ms"] = stage_summary(totals.latency_ms);
+        (*report)["capture"] = std::move(capture);
+    }
+    if (steps.report) steps.report(totals, report);
+    if (steps.finish) BURIN_TRY(steps.finish(totals));
+    return write_json(o.output + "/report.json", *report);
+}
+
+// Why no frame was fused. Frames that were looked at and told nothing are an outcome: trajectory and report are
+// written.
+int complain_of_nothing(const ReconstructOptions& o, const ReconstructSteps& steps, FrameFeed& feed,
+                        burin_map map, const Totals& totals, const std::string& note) {
+    const std::string frames = "none of the " + std::to_string(totals.frames) + " frames ",
+                      because = note.empty() ? "" : " (" + note + ")";
+    if (totals.frames == 0 || !steps.finish)
+        return complain(kBadInput, o.feed.path + ": " + frames +
+                                       (totals.without_pose == totals.frames ? "has a pose" : "could be fused") +
+                                       because);
+    nlohmann::json report;
+    if (const Status status = write_report(o, steps, feed, map, totals, 0, &report); !status.ok())
+        return complain_output(status);
+    if (o.json) std::printf("%s\n", report.dump().c_str());
+    return complain(kFailed, o.feed.path + ": " + frames + "could be fused" + because + "; " + o.output +
+                                 " has trajectory.txt and report.json only");
+}
+
 }  // namespace
 
 void Totals::add(const burin_frame_result& result) {
@@ -204,14 +235,8 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
                      totals.frames);
     }
     const std::vector<std::string> notes = lines_of((*feed)->notes());
-    if (totals.fused == 0) {
-        const std::string why =
-            totals.without_pose == totals.frames
-                ? "none of the " + std::to_string(totals.frames) + " frames has a pose"
-                : "none of the " + std::to_string(totals.frames) + " frames could be fused";
-        return complain(kBadInput,
-                        o.feed.path + ": " + why + (notes.empty() ? "" : " (" + notes.back() + ")"));
-    }
+    if (totals.fused == 0)
+        return complain_of_nothing(o, steps, **feed, map.get(), totals, notes.empty() ? "" : notes.back());
     if (!o.quiet)
         for (const std::string& note : notes) std::fprintf(stderr, "burin: %s\n", note.c_str());
     if (totals.dropped > 0)
@@ -247,15 +272,9 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
     if (const Status status = status_of(burin_save(map.get(), (o.output + "/map.burin").c_str()), map.get());
         !status.ok())
         return complain_output(status);
-    nlohmann::json report = make_report(o, map.get(), totals, area_m2(mesh));
-    if (nlohmann::json capture = (*feed)->report(); !capture.is_null()) {
-        capture["latency_ms"] = stage_summary(totals.latency_ms);
-        report["capture"] = std::move(capture);
-    }
-    if (steps.report) steps.report(totals, &report);
-    if (steps.finish)
-        if (const Status status = steps.finish(totals); !status.ok()) return complain_output(status);
-    if (const Status status = write_json(o.output + "/report.json", report); !status.ok())
+    nlohmann::json report;
+    if (const Status status = write_report(o, steps, **feed, map.get(), totals, area_m2(mesh), &report);
+        !status.ok())
         return complain_output(status);
     if (o.json) {
         std::printf("%s\n", report.dump().c_str());

@@ -8,9 +8,6 @@
 namespace burin {
 namespace {
 
-// Keyframes tried for a lost camera, a frame: of five the right one is among them 97 times in 100
-// (docs/relocalisation.md).
-constexpr int kCandidates = 5;
 // So long a motion goes on about as it was, seconds.
 constexpr double kCoasting_s = 1.5;
 // What a place has to explain to be believed without a prediction.
@@ -22,6 +19,13 @@ constexpr int kSweepSteps = 6;
 // And by colour: the share of points whose brightness the map shows, and the median difference, in units of 2
 // levels.
 constexpr double kFoundSeen = 0.4, kFoundGrey = 1.3;
+// Where starts that lie so far apart all end at one place, less will do: a map of two seconds shows a frame from
+// 0.1 m aside a seventh less well than those it is made of (fr3: 0.71 for 0.82, brightness 1.4), and of 600 wrong
+// places that a lost camera was drawn to in a room (up to 0.95 of the usual share) none looked better than 1.7.
+constexpr double kApart_m = 0.05, kTogether_m = 0.01, kTogether_rad = 0.01;
+constexpr double kAgreedClose = 0.8, kAgreedKnown = 0.75, kAgreedGrey = 1.6;
+
+double length(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 // To tell which of two fits explains a frame better, whatever robust scale each has: the product of the
 // spreads of both kinds of residuals, by the share that is explained at all.
@@ -105,10 +109,10 @@ PoseFit CameraTracking::settled(const Se3& near, bool by_colour, TrackingReport*
 }
 
 // Geometry alone takes one wall for another: the map seen from there must also look like the frame.
-bool CameraTracking::looks_like_map(const Se3& T_world_camera) {
+bool CameraTracking::looks_like_map(const Se3& T_world_camera, double grey) {
     if (!bright_ || !volume_->has_colour() || !view_map(T_world_camera)) return true;
     const Measured m = rendered_.begin_level(T_world_camera, 1);
-    return m.seen >= kFoundSeen * m.bright && m.median <= kFoundGrey;
+    return m.seen >= kFoundSeen * m.bright && m.median <= grey;
 }
 
 // The camera moved further than a prediction tells: once more from the last pose, by way of ICP, and by way
@@ -122,6 +126,8 @@ PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, T
         const Verdict v = judge(fit, points_.mean_depth_m(), motion_between(last_, fit.T_world_camera),
                                 3 * since_last_s(frame));
         if (v.state == TrackingState::lost) return;
+        // What is left beside a hand holds no jump.
+        if (v.free_directions > 0 && report->verdict.state != TrackingState::lost) return;
         if (report->verdict.state != TrackingState::lost && misfit(fit, v) >= misfit(best, report->verdict))
             return;
         report->verdict = v;
@@ -133,41 +139,99 @@ PoseFit CameraTracking::rescued(const FrameView& frame, const PoseFit& failed, T
     return best;
 }
 
-// A lost camera: from where it was last, from where it would have coasted to, and from the keyframes that
-// look like this frame.
-PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report) {
-    PoseFit best;
-    if (points_.level(0).count < kLeastPoints) return best;
-    Se3 starts[2 + kCandidates];
-    FernMatch matches[kCandidates];
+// Where the camera may be: where it was last, and last for sure; where it would have coasted to; and the
+// keyframes that look like this frame.
+int CameraTracking::starts_of_search(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
+                                     Se3 (&starts)[kStarts]) {
     int count = 0;
     starts[count++] = last_;
-    const Prediction ahead = predict(frame);
+    if (norm(last_sure_.t - last_.t) > kTogether_m) starts[count++] = last_sure_;
     const double gap_s = since_last_s(frame);
     if (gap_s > 0 && gap_s < kCoasting_s && std::isfinite(ahead.translation_sigma_m))
         starts[count++] = ahead.best();
+    FernMatch matches[kCandidates];
     const int found = ferns_.nearest(ferns_.encode(make_thumbnail(depth, frame)), matches, kCandidates);
     for (int i = 0; i < found; ++i) starts[count++] = matches[i].T_world_camera;
-    const auto attempt = [&](const Se3& start, bool by_colour) {
-        const PoseFit fit = settled(drawn_near(start, by_colour, report), by_colour, report);
-        const Verdict v = judge(fit, points_.mean_depth_m(), {}, 0);
-        if (v.state == TrackingState::lost || v.close_share < kFoundClose || fits_less_than_usual(v) ||
-            v.known_share < kFoundKnown || !looks_like_map(fit.T_world_camera))
-            return false;
-        if (report->relocalised && misfit(fit, v) >= misfit(best, report->verdict)) return true;
+    return count;
+}
+
+// All starts, and the pose that explains the frame best, when one does: report->relocalised.
+PoseFit CameraTracking::search(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
+                               TrackingReport* report) {
+    PoseFit best;
+    if (points_.level(0).count < kLeastPoints) return best;
+    Se3 starts[kStarts];
+    const int count = starts_of_search(depth, frame, ahead, starts);
+    struct End {
+        PoseFit fit;
+        Verdict verdict;
+        bool likely = false;
+    } ends[kStarts];
+    const auto take = [&](const End& end) {
+        if (report->relocalised && misfit(end.fit, end.verdict) >= misfit(best, report->verdict)) return;
         report->relocalised = true;
-        report->verdict = v;
-        best = fit;
+        report->verdict = end.verdict;
+        best = end.fit;
+    };
+    const auto attempt = [&](int i, bool by_colour) {
+        End end;
+        end.fit = settled(drawn_near(starts[i], by_colour, report), by_colour, report);
+        const Verdict& v = end.verdict = judge(end.fit, points_.mean_depth_m(), {}, 0);
+        end.likely = v.state == TrackingState::tracking && v.known_share >= kAgreedKnown &&
+                     v.close_share >= kAgreedClose * usual_close_share_;
+        if (end.likely && (!ends[i].likely || misfit(end.fit, v) < misfit(ends[i].fit, ends[i].verdict)))
+            ends[i] = end;
+        if (v.state == TrackingState::lost || v.close_share < kFoundClose || fits_less_than_usual(v) ||
+            v.known_share < kFoundKnown || !looks_like_map(end.fit.T_world_camera, kFoundGrey))
+            return false;
+        take(end);
         return true;
     };
     // Colour holds what depth leaves free; from far off it may lead astray, and depth alone does not.
     for (int i = 0; i < count; ++i)
-        if (!bright_ || !attempt(starts[i], true)) (void)attempt(starts[i], false);
-    if (report->relocalised) {
-        prior_.forget_motion();
-        photometric_.clear();
-    }
+        if (!bright_ || !attempt(i, true)) (void)attempt(i, false);
+    if (report->relocalised) return best;
+    // None is beyond doubt: one that others found from elsewhere is.
+    const auto together = [&](const End& a, const End& b) {
+        const Twist off = motion_between(a.fit.T_world_camera, b.fit.T_world_camera);
+        return length(off.v) < kTogether_m && length(off.w) < kTogether_rad;
+    };
+    for (int i = 0; i < count; ++i)
+        for (int k = 0; k < i; ++k)
+            if (ends[i].likely && ends[k].likely && norm(starts[i].t - starts[k].t) > kApart_m &&
+                together(ends[i], ends[k]) && looks_like_map(ends[i].fit.T_world_camera, kAgreedGrey))
+                take(ends[i]);
     return best;
+}
+
+// A lost camera.
+PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report) {
+    const PoseFit best = search(depth, frame, predict(frame), report);
+    if (report->relocalised) begin_anew(report->verdict);
+    return best;
+}
+
+// After a hand was before the lens, or a stretch that nothing held: the frame should fit as the frames before
+// did. When it does not, the pose went astray meanwhile.
+PoseFit CameraTracking::looked_for(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
+                                   const PoseFit& followed, TrackingReport* report) {
+    TrackingReport other;
+    const PoseFit found = search(depth, frame, ahead, &other);
+    report->evaluations += other.evaluations;
+    if (!other.relocalised || misfit(found, other.verdict) >= misfit(followed, report->verdict)) return followed;
+    report->relocalised = true;
+    report->verdict = other.verdict;
+    begin_anew(other.verdict);
+    return found;
+}
+
+// What was found is beyond doubt, so the shares there are the usual ones from now on.
+void CameraTracking::begin_anew(const Verdict& found) {
+    usual_close_share_ = found.close_share;
+    usual_known_share_ = found.known_share;
+    prior_.forget_motion();
+    photometric_.clear();
+    sure_ = 0;
 }
 
 }  // namespace burin

@@ -17,14 +17,19 @@ constexpr int kYoungFrames = 10;
 // The share of points that agree with the map changes slowly. A frame with less than so much of the usual is
 // not fused; with less than kStrange of it, it is looked into.
 constexpr double kDoubtful = 0.8;
-// The same for the share that the map knows: a camera that turns at 400 degrees a second leaves three
-// quarters.
-constexpr double kHidden = 0.6;
 // How fast "usual" follows: half in 3 frames, so that a slow decline is none, and in 22 of those that are
 // strange.
 constexpr double kUsual = 1.0 / 4, kUsualStrange = 1.0 / 32;
 // Frames in a row that are looked into: the third time it is no jerk of the hand.
 constexpr int kTryAgain = 3;
+// Further than this from the prediction, wallpaper may have drawn the pose to its next repetition.
+constexpr double kFar_m = 0.04, kFar_rad = 0.07;
+// After an interruption the frames that do not fit are searched for at once, some times, then three times a second.
+// So long the share that was usual is kept for measure, seconds; if none of it comes back the scene has changed.
+constexpr int kSearches = 3, kSearchEvery = 10;
+constexpr double kPatience_s = 3;
+// Weak frames in a row that are an interruption: the prediction is good for fewer.
+constexpr int kInterrupted = 3;
 // While two thirds of the bright points find themselves in the keyframe it serves: each new one adds its own
 // error.
 constexpr double kKeyframeShare = 0.66;
@@ -61,14 +66,16 @@ void CameraTracking::clear() {
     sure_ = 0;
     usual_close_share_ = usual_known_share_ = 0;
     strange_frames_ = fused_ = 0;
-    last_ = {};
+    last_ = last_sure_ = {};
     last_t_ns_ = 0;
+    interrupted_ = was_hidden_ = false;
+    interrupted_frames_ = searches_ = 0;
 }
 
 void CameraTracking::look_for_camera() {
     const Se3 last = last_;
     clear();
-    last_ = last;
+    last_ = last_sure_ = last;
     fused_ = kYoungFrames;
 }
 
@@ -107,8 +114,8 @@ TrackingReport CameraTracking::track(const Volume& volume, const DepthImage& dep
         sure_ = kSureFrames;
         (void)predict(frame);  // takes the samples in
     } else {
-        if (frames_ == 1) last_ = frame.T_world_camera;
-        const PoseFit fit = known_ ? follow(frame, &report) : find_again(depth, frame, &report);
+        if (frames_ == 1) last_ = last_sure_ = frame.T_world_camera;
+        const PoseFit fit = known_ ? follow(depth, frame, &report) : find_again(depth, frame, &report);
         report.state = report.verdict.state;
         report.T_world_camera = fit.T_world_camera;
         report.cost = fit.cost;
@@ -144,7 +151,7 @@ PoseFit CameraTracking::fitted(PoseMeasurement& measured, const Se3& start, cons
 }
 
 // One frame after another: the better of the predicted starts, down to the pose.
-PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
+PoseFit CameraTracking::follow(const DepthImage& depth, const FrameView& frame, TrackingReport* report) {
     const Prediction ahead = predict(frame);
     const Se3& predicted = ahead.best();
     // A quarter of the rays: all of them gave the same ATE for twice the time (docs/tracking.md).
@@ -182,11 +189,43 @@ PoseFit CameraTracking::follow(const FrameView& frame, TrackingReport* report) {
     }
     const bool odd = strange(report->verdict);
     strange_frames_ = odd ? strange_frames_ + 1 : 0;
-    if (report->verdict.state == TrackingState::lost || (odd && strange_frames_ <= kTryAgain))
+    const bool far = report->verdict.jump_m > kFar_m || report->verdict.jump_rad > kFar_rad;
+    if (report->verdict.state == TrackingState::lost || far || (odd && strange_frames_ <= kTryAgain))
         fit = rescued(frame, fit, report);
+    watch_interruption(frame, report->verdict);
+    if (interrupted_ && !was_hidden_ && strange(report->verdict)) {
+        if (searches_ < kSearches || searches_ % kSearchEvery == 0)
+            fit = looked_for(depth, frame, ahead, fit, report);
+        ++searches_;
+        interrupted_ = !report->relocalised;
+        if (interrupted_ && report->verdict.state == TrackingState::tracking)
+            report->verdict.state = TrackingState::weak;
+    }
     if (report->verdict.state == TrackingState::tracking && doubtful(report->verdict))
         report->verdict.state = TrackingState::weak;
     return fit;
+}
+
+// Begins with what hides the scene or leaves a motion free for some frames; ends with a frame that fits as those
+// before did, or when that was waited for long enough.
+void CameraTracking::watch_interruption(const FrameView& frame, const Verdict& verdict) {
+    const bool hides = hidden(verdict), unheld = verdict.state != TrackingState::tracking;
+    interrupted_frames_ = hides || unheld ? interrupted_frames_ + 1 : 0;
+    if (!interrupted_ && (hides || interrupted_frames_ >= kInterrupted)) {
+        interrupted_ = true;
+        searches_ = 0;
+        interrupted_t_ns_ = frame.t_ns;
+    }
+    if (was_hidden_ && !hides) {
+        searches_ = 0;
+        interrupted_t_ns_ = frame.t_ns;
+    }
+    was_hidden_ = hides;
+    if (interrupted_ && ((!unheld && !strange(verdict)) ||
+                         seconds_between(interrupted_t_ns_, frame.t_ns) > kPatience_s)) {
+        interrupted_ = false;
+        sure_ = 0;
+    }
 }
 
 // Less of the frame agrees with the map than did in the frames before.
@@ -196,8 +235,7 @@ bool CameraTracking::strange(const Verdict& verdict) const {
 
 // Too much less to be fused; or much of what was known is out of sight at once, behind a hand or a passer-by.
 bool CameraTracking::doubtful(const Verdict& verdict) const {
-    return verdict.close_share < kDoubtful * usual_close_share_ ||
-           verdict.known_share < kHidden * usual_known_share_;
+    return verdict.close_share < kDoubtful * usual_close_share_ || hidden(verdict);
 }
 
 // What later frames start from.
@@ -206,12 +244,13 @@ void CameraTracking::keep(const DepthImage& depth, const FrameView& frame, const
     last_t_ns_ = frame.t_ns;
     prior_.observe(frame.t_ns, last_);
     const Verdict& v = report.verdict;
-    if (v.known_share > 0) {
+    if (v.known_share > 0 && !interrupted_) {
         const double rate = usual_close_share_ == 0 ? 1 : strange(v) ? kUsualStrange : kUsual;
         usual_close_share_ += rate * (v.close_share - usual_close_share_);
         usual_known_share_ += rate * (v.known_share - usual_known_share_);
     }
     if (report.state != TrackingState::tracking) return;
+    last_sure_ = last_;
     if (bright_ && (!photometric_.has_keyframe() || report.verdict.keyframe_share < kKeyframeShare))
         photometric_.set_keyframe(points_, brightness_, last_);
     if (sure_ >= kSureFrames)

@@ -196,8 +196,11 @@ TEST_F(CliScan, NothingToSeeIsAnError) {
     std::set<int> all;
     for (int i = 0; i < kFrames; ++i) all.insert(i);
     write_room(folder_, true, all);
-    expect_failure(scan("out"), 2, {"none of the 12 frames could be fused"});
-    EXPECT_EQ(listing(path("out")), "");
+    expect_failure(scan("out"), 1, {"none of the 12 frames could be fused", "trajectory.txt", "report.json"});
+    EXPECT_EQ(report("out")["tracking"],
+              (nlohmann::json{{"ok", 0}, {"weak", 0}, {"lost", kFrames}, {"relocalised", 0}}));
+    EXPECT_EQ(report("out")["tracked"], 0);
+    EXPECT_EQ(listing(path("out")), "report.json trajectory.txt");
 }
 
 TEST_F(CliScan, BadArguments) {
