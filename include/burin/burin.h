@@ -462,6 +462,28 @@ BURIN_API burin_status burin_chunk_meshes(burin_map map, const burin_chunk_key* 
                                           const burin_mesh_options* options, burin_mesh_buffers* mesh,
                                           burin_mesh_range* ranges, uint64_t* done);
 
+/* What burin_scan_beside does on another thread of the map while its frame is tracked. */
+typedef struct burin_beside {
+    uint32_t struct_size;
+    const burin_frame* next; /* the frame of the next call, or NULL: its depth image is prepared. It and its
+                              * pixels must stay as they are until that call */
+    const burin_chunk_key* keys; /* chunks for burin_chunk_meshes, as the frame before left them */
+    uint64_t key_count;          /* 0: none; then what follows may be NULL */
+    const burin_mesh_options* mesh_options;
+    burin_mesh_buffers* mesh;
+    burin_mesh_range* ranges;
+    uint64_t meshed; /* out: as *done of burin_chunk_meshes */
+    double mesh_ms;  /* out: the time that took, beside the tracking */
+} burin_beside;
+
+/* burin_scan, and beside it what belongs to the frames before and after: the threads of the map wait less for one
+ * another. Poses, map and meshes are bit for bit those of burin_chunk_meshes followed by burin_scan. On return all
+ * is done. result->fusion.depth_ms is the time that the frame's depth image took, also where that was during the
+ * call before. Errors before anything is done: those of burin_scan (also of beside->next) and of
+ * burin_chunk_meshes; INSUFFICIENT_MEMORY of the latter comes when the frame has been taken in. */
+BURIN_API burin_status burin_scan_beside(burin_map map, const burin_frame* frame, burin_beside* beside,
+                                         burin_scan_result* result);
+
 /* Removes connected components of fewer than min_triangles triangles, in place; what stays keeps its order,
  * and the counts are updated. scratch: 2 * mesh->vertex_count uint32_t. Needs no map. */
 BURIN_API burin_status burin_mesh_remove_small(burin_mesh_buffers* mesh, uint64_t min_triangles,

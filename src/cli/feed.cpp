@@ -24,15 +24,17 @@ class DatasetFeed final : public FrameFeed {
           prefetcher_(*dataset_, begin, end, 4, 1) {}
 
     Result<bool> next(FeedFrame* out) override {
-        const Result<bool> got = prefetcher_.next(&frame_);
+        Frame& frame = frames_[at_ ^= 1];
+        const Result<bool> got = prefetcher_.next(&frame);
         if (!got.ok() || !*got) return got;
-        out->view = c_frame(frame_);
+        out->view = c_frame(frame);
         if (min_confidence_ >= 0) out->view.min_confidence = static_cast<std::uint32_t>(min_confidence_);
-        out->has_pose = frame_.has_pose;
+        out->has_pose = frame.has_pose;
         out->arrived_ns = 0;
         return true;
     }
     int index() const override { return prefetcher_.index(); }
+    bool looks_ahead() const override { return true; }
     int total() const override { return total_; }
     int width() const override { return depth_.width; }
     int height() const override { return depth_.height; }
@@ -44,7 +46,8 @@ class DatasetFeed final : public FrameFeed {
     Camera depth_;
     int total_;
     FramePrefetcher prefetcher_;
-    Frame frame_;
+    Frame frames_[2];
+    int at_ = 0;
 };
 
 class SourceFeed final : public FrameFeed {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <sstream>
 
 #include "capture/monotonic.h"
@@ -12,57 +13,100 @@
 namespace burin::cli {
 namespace {
 
-// What a renderer that follows along would ask for after every frame.
+// What a renderer that follows along would ask for after every frame: the chunks that changed, at once or beside the
+// next frame.
 class MeshStream {
   public:
-    MeshStream() : positions_(3 * 1944), normals_(3 * 1944), colours_(3 * 1944), triangles_(3 * 2560) {}
-    Status update(burin_map map, const burin_mesh_options& options) {
-        std::uint64_t count = 0;
-        while (burin_dirty_chunks(map, keys_.data(), keys_.size(), &count) == BURIN_INSUFFICIENT_MEMORY)
-            keys_.resize(count);
-        for (std::uint64_t i = 0; i < count; ++i) {
-            burin_mesh_buffers buffers = {
-                1944, 2560, positions_.data(), normals_.data(), colours_.data(), triangles_.data(), 0, 0};
-            BURIN_TRY(status_of(burin_chunk_mesh(map, keys_[i], &options, &buffers), map));
+    MeshStream(burin_map map, const burin_mesh_options& options) : map_(map), options_(options) {}
+    void list() {
+        while (burin_dirty_chunks(map_, keys_.data(), keys_.size(), &count_) == BURIN_INSUFFICIENT_MEMORY) {
+            keys_.resize(2 * count_);
+            ranges_.resize(2 * count_);
+        }
+        at_ = 0;
+    }
+    bool done() const { return at_ == count_; }
+    void put_beside(burin_beside* beside) {
+        beside->keys = keys_.data() + at_;
+        beside->key_count = count_ - at_;
+        beside->mesh_options = &options_;
+        beside->mesh = &buffers_;
+        beside->ranges = ranges_.data();
+    }
+    void count_done(std::uint64_t meshed) { at_ += meshed; }
+    Status update() {
+        while (!done()) {
+            std::uint64_t meshed = 0;
+            BURIN_TRY(status_of(burin_chunk_meshes(map_, keys_.data() + at_, count_ - at_, &options_, &buffers_,
+                                                   ranges_.data(), &meshed),
+                                map_));
+            at_ += meshed;
         }
         return {};
     }
 
   private:
+    static constexpr std::size_t kVertices = 1u << 20, kTriangles = 1u << 21;  // what does not fit comes in the next round
+    burin_map map_;
+    burin_mesh_options options_;
+    std::uint64_t count_ = 0, at_ = 0;
     std::vector<burin_chunk_key> keys_{1};
-    std::vector<float> positions_, normals_;
-    std::vector<std::uint8_t> colours_;
-    std::vector<std::uint32_t> triangles_;
+    std::vector<burin_mesh_range> ranges_{1};
+    std::vector<float> positions_ = std::vector<float>(3 * kVertices), normals_ = positions_;
+    std::vector<std::uint8_t> colours_ = std::vector<std::uint8_t>(3 * kVertices);
+    std::vector<std::uint32_t> triangles_ = std::vector<std::uint32_t>(3 * kTriangles);
+    burin_mesh_buffers buffers_ = {kVertices,       kTriangles,        positions_.data(), normals_.data(),
+                                   colours_.data(), triangles_.data(), 0,                 0};
 };
 
 // Feeds all frames to the map. The first failing status is returned with the frame it belongs to.
 Status take_frames(const ReconstructOptions& o, const ReconstructSteps& steps, FrameFeed& feed, burin_map map,
                    Totals* totals) {
     Progress progress(steps.name, feed.total(), o.quiet);
-    MeshStream stream;
-    FeedFrame frame;
+    std::unique_ptr<MeshStream> stream;
+    if (o.stream_mesh) stream = std::make_unique<MeshStream>(map, o.mesh.options);
+    const bool ahead = steps.scans && feed.looks_ahead();
+    FeedFrame frames[2];
+    bool pending = false;  // chunks are listed that were not meshed yet
+    Result<bool> got = feed.next(&frames[0]);
     for (int i = 0;; ++i) {
-        const Result<bool> got = feed.next(&frame);
         if (!got.ok()) return got.status();
-        if (!*got) return {};
+        if (!*got) return pending ? stream->update() : Status();
+        const double start = now_ms();
+        const FeedFrame& frame = frames[i % 2];
+        const int index = feed.index();
+        burin_beside beside = {};
+        beside.struct_size = sizeof beside;
+        if (ahead) got = feed.next(&frames[(i + 1) % 2]);
+        totals->wait_ms.push_back(now_ms() - start);
+        if (ahead && got.ok() && *got) beside.next = &frames[(i + 1) % 2].view;
+        if (pending) stream->put_beside(&beside);
         ++totals->frames;
         const int fused = totals->fused;
         std::string note;
-        const burin_status status = steps.take(frame, map, totals, &note);
+        const burin_status status = steps.take(frame, map, steps.scans ? &beside : nullptr, totals, &note);
         if (status != BURIN_OK)
-            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.feed.path.c_str(),
-                                 feed.index(), burin_last_error(map));
+            return Status::error(static_cast<Code>(status), "%s: frame %d: %s", o.feed.path.c_str(), index,
+                                 burin_last_error(map));
         if (frame.arrived_ns != 0)
             totals->latency_ms.push_back(static_cast<double>(monotonic_ns() - frame.arrived_ns) * 1e-6);
+        const double meshing = now_ms();
+        if (pending) {
+            stream->count_done(beside.meshed);
+            BURIN_TRY(stream->update());  // what the buffers had no room for
+            pending = false;
+        }
         if (totals->fused > fused) {
             // A commit that fails leaves the one before; the next tries again, and the end of the run tells.
             if (o.store_commit > 0 && totals->fused % o.store_commit == 0) burin_store_commit(map);
-            if (o.stream_mesh) {
-                const double start = now_ms();
-                BURIN_TRY(stream.update(map, o.mesh.options));
-                totals->mesh_ms.push_back(now_ms() - start);
+            if (stream) {
+                stream->list();
+                pending = steps.scans;
+                if (!pending) BURIN_TRY(stream->update());
+                totals->mesh_ms.push_back(now_ms() - meshing + beside.mesh_ms);
             }
         }
+        totals->frame_ms.push_back(now_ms() - start);
         burin_statistics stats;
         burin_stats(map, &stats);
         const double used = static_cast<double>(stats.chunks_live) / stats.chunks_capacity;
@@ -71,6 +115,7 @@ Status take_frames(const ReconstructOptions& o, const ReconstructSteps& steps, F
                       used * static_cast<double>(stats.arena_bytes) / 1048576,
                       static_cast<double>(stats.arena_bytes) / 1048576);
         progress.update(i + 1, note.empty() ? memory : note + ", " + memory);
+        if (!ahead) got = feed.next(&frames[(i + 1) % 2]);
     }
 }
 
@@ -82,6 +127,24 @@ double area_m2(const TriangleMesh& mesh) {
         area += norm(cross(b - a, c - a)) / 2;
     }
     return area;
+}
+
+double frames_per_second(const Totals& t) {
+    double ms = 0;
+    for (const double f : t.frame_ms) ms += f;
+    return ms > 0 ? 1000 * static_cast<double>(t.frame_ms.size()) / ms : 0;
+}
+
+// Stages overlap: the depth of the next frame and the mesh of the last one are made while this one is tracked.
+void print_stages(const nlohmann::json& report) {
+    std::printf("%-10s %9s %9s %9s\n", "ms", "median", "p95", "mean");
+    for (const char* name : {"wait", "depth", "track", "integrate", "planes", "mesh", "frame"}) {
+        const nlohmann::json& s = report["stages"][name];
+        if (s["mean_ms"].get<double>() > 0)
+            std::printf("%-10s %9.2f %9.2f %9.2f\n", name, s["p50_ms"].get<double>(), s["p95_ms"].get<double>(),
+                        s["mean_ms"].get<double>());
+    }
+    std::printf("%.1f frames a second\n", report["frames_per_second"].get<double>());
 }
 
 nlohmann::json make_report(const ReconstructOptions& o, burin_map map, const Totals& t, double surface_m2) {
@@ -98,7 +161,10 @@ nlohmann::json make_report(const ReconstructOptions& o, burin_map map, const Tot
               {"track", stage_summary(t.track_ms)},
               {"integrate", stage_summary(t.integrate_ms)},
               {"mesh", stage_summary(t.mesh_ms)},
-              {"planes", stage_summary(o.map.config.planes ? t.planes_ms : std::vector<double>())}}},
+              {"planes", stage_summary(o.map.config.planes ? t.planes_ms : std::vector<double>())},
+              {"wait", stage_summary(t.wait_ms)},
+              {"frame", stage_summary(t.frame_ms)}}},
+            {"frames_per_second", frames_per_second(t)},
             {"chunks",
              {{"live", s.chunks_live},
               {"high_water", s.chunks_high_water},
@@ -202,7 +268,7 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
     if (!o.frames.empty() && !parse_range(o.frames, &o.feed.begin, &o.feed.end))
         return complain(kBadInput, "--frames: '" + o.frames + "', expected A:B with A < B");
     const bool live = is_source_address(o.feed.path);
-    if (live && !steps.takes_sensors)
+    if (live && !steps.scans)
         return complain(kBadInput,
                         o.feed.path + " is a sensor, whose frames have no poses; burin scan tracks it");
     o.feed.quiet = o.quiet;
@@ -282,6 +348,7 @@ int reconstruct(ReconstructOptions& o, const ReconstructSteps& steps) {
         std::printf("%s: %zu vertices, %zu triangles from %d of %d frames\n",
                     (o.output + "/" + o.mesh_name).c_str(), mesh.positions.size(), mesh.triangles.size(),
                     totals.fused, totals.frames);
+        print_stages(report);
     }
     return kDone;
 }

@@ -16,11 +16,12 @@ struct ScanOptions {
 
 // The first frame that is fused tells the world, when it has a pose (whose z is up, if the data set's is),
 // else it is where its camera is; other poses are not looked at.
-burin_status scan_frame(const FeedFrame& frame, burin_map map, Totals* totals, std::string* note) {
+burin_status scan_frame(const FeedFrame& frame, burin_map map, burin_beside* beside, Totals* totals,
+                        std::string* note) {
     burin_frame in = frame.view;
     if (!frame.has_pose) in.T_world_camera = burin_frame_default().T_world_camera;
     burin_scan_result result;
-    const burin_status status = burin_scan(map, &in, &result);
+    const burin_status status = burin_scan_beside(map, &in, beside, &result);
     if (status != BURIN_OK) return status;
     totals->depth_ms.push_back(result.fusion.depth_ms);
     totals->track_ms.push_back(result.track_ms);

@@ -9,6 +9,7 @@ namespace {
 // A frame has several parallel stages a few hundred microseconds apart; sleeping in the kernel between them
 // costs 50 us each way, so a waiting thread first spins for about 20 us.
 constexpr int kSpins = 2000;
+constexpr int kNoWorker = -1;
 
 inline void pause() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -82,41 +83,49 @@ void Jobs::take_items(int worker, bool tell) {
     }
 }
 
-void Jobs::enter_from_pool(void* self, std::uint32_t) {
-    Jobs& jobs = *static_cast<Jobs*>(self);
-    // Sequentially consistent, as in run_by_pool: either this call sees that the run is over, or the run
-    // waits for it.
-    jobs.inside_.fetch_add(1);
-    if (jobs.open_.load()) {
-        const int worker = jobs.tickets_.fetch_add(1);
-        if (worker < jobs.pool_.threads) jobs.take_items(worker, jobs.progress_ != nullptr);
+// Takes part in the run under way, unless it is over: a worker, or with kNoWorker a call of the pool. Sequentially
+// consistent, as in end_run: either this thread sees that the run is over, or the run waits for it.
+void Jobs::enter(int worker) {
+    inside_.fetch_add(1);
+    const std::uint32_t open = open_.load();
+    if (worker != kNoWorker && open == kToWorkers) {
+        take_items(worker, false);
+    } else if (worker == kNoWorker && open == kToPool) {
+        const int ticket = tickets_.fetch_add(1);
+        if (ticket < pool_.threads) take_items(ticket, progress_ != nullptr);
     }
-    jobs.inside_.fetch_sub(1);
-    jobs.inside_.notify_all();
+    if (inside_.fetch_sub(1) == 1) inside_.notify_all();
 }
 
-void Jobs::run_by_pool() {
-    tickets_.store(0);
-    open_.store(true);
-    const int calls = std::min(count_, pool_.threads);
-    pool_.run(pool_.user, static_cast<std::uint32_t>(calls), enter_from_pool, this);
-    take_items(pool_.threads, progress_ != nullptr);
-    open_.store(false);
-    for (int left; (left = inside_.load()) != 0;) inside_.wait(left);
-}
-
-void Jobs::run_by_workers() {
-    busy_.store(threads_ - 1, std::memory_order_relaxed);
-    run_id_.fetch_add(1, std::memory_order_release);
-    run_id_.notify_all();
-    take_items(0, progress_ != nullptr);
+// Nobody enters any more; returns when all have left.
+void Jobs::end_run() {
+    open_.store(kClosed);
     int spins = 0;
-    for (int left; (left = busy_.load(std::memory_order_acquire)) != 0;) {
+    for (int left; (left = inside_.load()) != 0;) {
         if (++spins < kSpins)
             pause();
         else
-            busy_.wait(left, std::memory_order_acquire);
+            inside_.wait(left);
     }
+}
+
+void Jobs::enter_from_pool(void* self, std::uint32_t) { static_cast<Jobs*>(self)->enter(kNoWorker); }
+
+void Jobs::run_by_pool() {
+    tickets_.store(0);
+    open_.store(kToPool);
+    const int calls = std::min(count_, pool_.threads);
+    pool_.run(pool_.user, static_cast<std::uint32_t>(calls), enter_from_pool, this);
+    take_items(pool_.threads, progress_ != nullptr);
+    end_run();
+}
+
+void Jobs::run_by_workers() {
+    open_.store(kToWorkers);
+    run_id_.fetch_add(1, std::memory_order_release);
+    run_id_.notify_all();
+    take_items(0, progress_ != nullptr);
+    end_run();
 }
 
 void Jobs::work(int worker) {
@@ -129,11 +138,39 @@ void Jobs::work(int worker) {
             else
                 run_id_.wait(seen, std::memory_order_acquire);
         }
-        ++seen;  // never more than one run ahead: a run ends only when every worker has reported
+        // A worker that was at something else may have missed runs: those ended without it.
+        seen = run_id_.load(std::memory_order_acquire);
         if (stop_.load()) return;
-        take_items(worker, false);
-        if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_one();
+        enter(worker);
+        take_behind();
     }
+}
+
+void Jobs::offer_behind() {
+    behind_.store(kOffered);
+    if (threads_ == 1 || pool_.run) return;
+    run_id_.fetch_add(1, std::memory_order_release);
+    run_id_.notify_all();
+}
+
+void Jobs::take_behind() {
+    std::uint32_t offered = kOffered;
+    if (!behind_.compare_exchange_strong(offered, kTaken)) return;
+    behind_function_(behind_context_);
+    behind_.store(kDone);
+    behind_.notify_all();
+}
+
+void Jobs::finish_behind() {
+    take_behind();
+    int spins = 0;
+    while (behind_.load() == kTaken) {
+        if (++spins < kSpins)
+            pause();
+        else
+            behind_.wait(kTaken);
+    }
+    behind_.store(kNone);
 }
 
 }  // namespace burin

@@ -75,8 +75,26 @@ class Jobs {
         });
     }
 
+    // One call of body() by a thread that has nothing else to do, while the calling thread goes on with runs of
+    // its own: what is serial in those, or too short for all threads, then costs the others no time. Runs do not
+    // wait for it, nor count on the thread that is at it. finish_behind() returns when it is done; the calling
+    // thread does what no other has begun (always, with one thread or a pool). One at a time; `body` must live
+    // until then, may not use these Jobs, and may write only what nothing reads or writes meanwhile: then the
+    // result depends on no timing. Not watched.
+    template <class Body>
+    void start_behind(Body& body) {
+        behind_function_ = [](void* context) { (*static_cast<Body*>(context))(); };
+        behind_context_ = &body;
+        offer_behind();
+    }
+    void finish_behind();
+
   private:
     using Function = void (*)(void* context, int item, int worker);
+    void offer_behind();
+    void take_behind();
+    void enter(int worker);
+    void end_run();
     void run_erased(int count, Function function, void* context);
     void run_alone();
     void run_by_workers();
@@ -97,15 +115,20 @@ class Jobs {
     void* context_ = nullptr;
     int count_ = 0;
     std::atomic<int> next_{0};
-    std::atomic<int> busy_{0};              // workers that have not finished the current run
-    std::atomic<std::uint32_t> run_id_{0};  // counts runs; workers sleep on it
+    std::atomic<std::uint32_t> run_id_{0};  // counts what there is to do; workers sleep on it
     std::atomic<bool> stop_{false};
 
     Progress* progress_ = nullptr;
     JobPool pool_;
-    std::atomic<bool> open_{false};  // a run by the pool is under way
-    std::atomic<int> inside_{0};     // calls of the pool that have not returned
+    enum Open : std::uint32_t { kClosed, kToWorkers, kToPool };
+    std::atomic<std::uint32_t> open_{kClosed};  // a run is under way, and who may enter
+    std::atomic<int> inside_{0};     // workers, or calls of the pool, that have not left it
     std::atomic<int> tickets_{0};    // of the calls that take part in this run
+
+    enum Behind : std::uint32_t { kNone, kOffered, kTaken, kDone };
+    std::atomic<std::uint32_t> behind_{kNone};
+    void (*behind_function_)(void* context) = nullptr;
+    void* behind_context_ = nullptr;
 };
 
 }  // namespace burin

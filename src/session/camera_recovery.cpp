@@ -155,9 +155,10 @@ int CameraTracking::starts_of_search(const DepthImage& depth, const FrameView& f
     return count;
 }
 
-// All starts, and the pose that explains the frame best, when one does: report->relocalised.
+// All starts, and the pose that explains the frame best, when one does: report->relocalised. `followed`: where
+// following led, null for a lost camera.
 PoseFit CameraTracking::search(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
-                               TrackingReport* report) {
+                               const PoseFit* followed, TrackingReport* report) {
     PoseFit best;
     if (points_.level(0).count < kLeastPoints) return best;
     Se3 starts[kStarts];
@@ -165,7 +166,7 @@ PoseFit CameraTracking::search(const DepthImage& depth, const FrameView& frame, 
     struct End {
         PoseFit fit;
         Verdict verdict;
-        bool likely = false;
+        bool tracking = false, likely = false;
     } ends[kStarts];
     const auto take = [&](const End& end) {
         if (report->relocalised && misfit(end.fit, end.verdict) >= misfit(best, report->verdict)) return;
@@ -177,9 +178,10 @@ PoseFit CameraTracking::search(const DepthImage& depth, const FrameView& frame, 
         End end;
         end.fit = settled(drawn_near(starts[i], by_colour, report), by_colour, report);
         const Verdict& v = end.verdict = judge(end.fit, points_.mean_depth_m(), {}, 0);
-        end.likely = v.state == TrackingState::tracking && v.known_share >= kAgreedKnown &&
+        end.tracking = v.state == TrackingState::tracking;
+        end.likely = end.tracking && v.known_share >= kAgreedKnown &&
                      v.close_share >= kAgreedClose * usual_close_share_;
-        if (end.likely && (!ends[i].likely || misfit(end.fit, v) < misfit(ends[i].fit, ends[i].verdict)))
+        if (end.tracking && (!ends[i].tracking || misfit(end.fit, v) < misfit(ends[i].fit, ends[i].verdict)))
             ends[i] = end;
         if (v.state == TrackingState::lost || v.close_share < kFoundClose || fits_less_than_usual(v) ||
             v.known_share < kFoundKnown || !looks_like_map(end.fit.T_world_camera, kFoundGrey))
@@ -192,33 +194,37 @@ PoseFit CameraTracking::search(const DepthImage& depth, const FrameView& frame, 
         if (!bright_ || !attempt(i, true)) (void)attempt(i, false);
     if (report->relocalised) return best;
     // None is beyond doubt: one that others found from elsewhere is.
-    const auto together = [&](const End& a, const End& b) {
-        const Twist off = motion_between(a.fit.T_world_camera, b.fit.T_world_camera);
+    const auto together = [&](const PoseFit& a, const PoseFit& b) {
+        const Twist off = motion_between(a.T_world_camera, b.T_world_camera);
         return length(off.v) < kTogether_m && length(off.w) < kTogether_rad;
     };
+    for (int i = 0; i < count && followed; ++i)
+        if (ends[i].tracking && norm(starts[i].t - followed->T_world_camera.t) > kApart_m &&
+            together(ends[i].fit, *followed))
+            take(ends[i]);
     for (int i = 0; i < count; ++i)
         for (int k = 0; k < i; ++k)
             if (ends[i].likely && ends[k].likely && norm(starts[i].t - starts[k].t) > kApart_m &&
-                together(ends[i], ends[k]) && looks_like_map(ends[i].fit.T_world_camera, kAgreedGrey))
+                together(ends[i].fit, ends[k].fit) && looks_like_map(ends[i].fit.T_world_camera, kAgreedGrey))
                 take(ends[i]);
     return best;
 }
 
 // A lost camera.
 PoseFit CameraTracking::find_again(const DepthImage& depth, const FrameView& frame, TrackingReport* report) {
-    const PoseFit best = search(depth, frame, predict(frame), report);
+    const PoseFit best = search(depth, frame, predict(frame), nullptr, report);
     if (report->relocalised) begin_anew(report->verdict);
     return best;
 }
 
 // After a hand was before the lens, or a stretch that nothing held: the frame should fit as the frames before
-// did. When it does not, the pose went astray meanwhile.
+// did. When it does not, the pose went astray meanwhile; or it did not, then other starts end there too.
 PoseFit CameraTracking::looked_for(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
                                    const PoseFit& followed, TrackingReport* report) {
     TrackingReport other;
-    const PoseFit found = search(depth, frame, ahead, &other);
+    const PoseFit found = search(depth, frame, ahead, &followed, &other);
     report->evaluations += other.evaluations;
-    if (!other.relocalised || misfit(found, other.verdict) >= misfit(followed, report->verdict)) return followed;
+    if (!other.relocalised) return followed;
     report->relocalised = true;
     report->verdict = other.verdict;
     begin_anew(other.verdict);

@@ -100,7 +100,7 @@ class CameraTracking {
     int starts_of_search(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
                          Se3 (&starts)[kStarts]);
     PoseFit search(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
-                   TrackingReport* report);
+                   const PoseFit* followed, TrackingReport* report);
     PoseFit looked_for(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
                        const PoseFit& followed, TrackingReport* report);
     void begin_anew(const Verdict& found);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace burin {
 namespace {
@@ -44,6 +45,7 @@ void FusionSession::place(Arena& arena, const FusionOptions& options) {
     volume_.place(arena, options.volume);
     store_.place(arena, options.volume, options.store_chunks);
     depth_.place(arena, options.depth);
+    if (options.tracking.tracker != Tracker::none) depth_ahead_.place(arena, options.depth);
     tracking_.place(arena, options.tracking, options.depth);
     extra_ = tracking_.keyframes();
     integrator_.place(arena, options.integration, options.depth.max_width, options.depth.max_height);
@@ -63,6 +65,7 @@ void FusionSession::clear() {
     if (extra_) extra_->clear();
     frames_ = dropped_ = 0;
     counted_ = false;
+    ahead_ = {};
 }
 
 FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
@@ -74,14 +77,32 @@ FrameReport FusionSession::integrate(const FrameView& frame, Jobs& jobs) {
     return report;
 }
 
-ScanReport FusionSession::scan(const FrameView& frame, Jobs& jobs) {
+ScanReport FusionSession::scan(const FrameView& frame, Jobs& jobs, const Beside& beside) {
     ScanReport report;
     const double start = now_ms();
-    depth_.prepare(frame, jobs);
+    if (ahead_.is_of(frame)) {
+        std::swap(depth_, depth_ahead_);
+        report.fusion.depth_ms = ahead_.ms;
+    } else {
+        depth_.prepare(frame, jobs);
+        report.fusion.depth_ms = now_ms() - start;
+    }
+    ahead_ = {};
+    // With a store, meshing moves chunks.
+    if (beside.mesh && store_.is_open()) beside.mesh(beside.context, jobs);
+    auto other_work = [&] {
+        Jobs alone(1);
+        if (beside.mesh && !store_.is_open()) beside.mesh(beside.context, alone);
+        if (!beside.next) return;
+        const double began = now_ms();
+        depth_ahead_.prepare(*beside.next, alone);
+        ahead_ = {ahead_.pixels_of(*beside.next), beside.next->t_ns, now_ms() - began};
+    };
     const double prepared = now_ms();
-    report.fusion.depth_ms = prepared - start;
+    jobs.start_behind(other_work);
     report.tracking = tracking_.track(volume_, depth_.image, frame, jobs);
     report.tracking.track_ms = now_ms() - prepared;
+    jobs.finish_behind();
     report.fusion.valid_pixels = depth_.image.valid;
     if (report.tracking.state != TrackingState::tracking) return report;
     FrameView placed = frame;

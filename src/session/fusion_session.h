@@ -45,6 +45,14 @@ struct ScanReport {
     TrackingReport tracking;
 };
 
+// What another thread does while a frame is tracked, which only reads the map: the mesh of what earlier frames
+// changed, and the depth image of the next frame. Neither changes any result.
+struct Beside {
+    const FrameView* next = nullptr;  // checked; its pixels must stay as they are until it was scanned
+    void (*mesh)(void* context, Jobs& jobs) = nullptr;  // calls mesh_chunks
+    void* context = nullptr;
+};
+
 class FusionSession {
   public:
     // The largest capacity whose layout fits the budget, and the bytes of that layout. 0 chunks: the budget
@@ -67,7 +75,7 @@ class FusionSession {
 
     // The same with the camera tracked: the pose of the frame counts only for the first one. A frame is fused
     // when its pose is sure.
-    ScanReport scan(const FrameView& frame, Jobs& jobs);
+    ScanReport scan(const FrameView& frame, Jobs& jobs, const Beside& beside = {});
 
     // Asked twice without a frame between, it remembers: the size first, then the mesh.
     MeshCounts count_mesh(const MeshOptions& options, Jobs& jobs) {
@@ -174,6 +182,16 @@ class FusionSession {
     Volume volume_;
     ChunkStore store_;
     DepthStage depth_;
+    DepthStage depth_ahead_;  // of the next frame, when the last call was told of it
+    struct {
+        const void* pixels = nullptr;  // of that frame; null: none
+        std::int64_t t_ns = 0;
+        double ms = 0;
+        bool is_of(const FrameView& frame) const { return pixels && pixels == pixels_of(frame) && t_ns == frame.t_ns; }
+        static const void* pixels_of(const FrameView& frame) {
+            return frame.depth_u16.data ? static_cast<const void*>(frame.depth_u16.data) : frame.depth_f32.data;
+        }
+    } ahead_;
     CameraTracking tracking_;
     Integrator integrator_;
     PlaneLayer planes_;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <thread>
 #include <vector>
 
 #include "core/jobs.h"
@@ -50,6 +51,36 @@ TEST(Jobs, ResultsAreVisibleToTheCallerAndTheNextRun) {
         jobs.run(1000, [&](int item, int) { ++values[static_cast<std::size_t>((item + round) % 1000)]; });
         ASSERT_EQ(values[static_cast<std::size_t>(round % 1000)], round + 1);
     }
+}
+
+TEST(Jobs, BehindRunsOnceBesideRunsThatDoNotWait) {
+    for (const int threads : {1, 2, 4}) {
+        Jobs jobs(threads);
+        for (int round = 0; round < 300; ++round) {
+            int behind = 0;  // plain: finish_behind orders the accesses
+            auto body = [&] { ++behind; };
+            jobs.start_behind(body);
+            std::atomic<int> sum{0};
+            for (int run = 0; run < 4; ++run) jobs.run(20, [&](int item, int) { sum += item; });
+            EXPECT_EQ(sum.load(), 4 * 190);
+            jobs.finish_behind();
+            ASSERT_EQ(behind, 1);
+        }
+    }
+    // The worker is at it until the runs are over: they must end without it.
+    Jobs jobs(2);
+    std::atomic<bool> begun{false}, over{false};
+    auto body = [&] {
+        begun = true;
+        while (!over) std::this_thread::yield();
+    };
+    jobs.start_behind(body);
+    while (!begun) std::this_thread::yield();
+    int items = 0;
+    for (int run = 0; run < 3; ++run) jobs.run(50, [&](int, int worker) { items += worker == 0; });
+    EXPECT_EQ(items, 150);
+    over = true;
+    jobs.finish_behind();
 }
 
 TEST(Jobs, ManyPoolsComeAndGo) {
