@@ -235,6 +235,8 @@ PoseFit CameraTracking::looked_for(const DepthImage& depth, const FrameView& fra
 void CameraTracking::begin_anew(const Verdict& found) {
     usual_close_share_ = found.close_share;
     usual_known_share_ = found.known_share;
+    interrupted_ = false;
+    interrupted_frames_ = 0;
     prior_.forget_motion();
     photometric_.clear();
     sure_ = 0;

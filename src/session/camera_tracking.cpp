@@ -17,6 +17,7 @@ constexpr int kYoungFrames = 10;
 // The share of points that agree with the map changes slowly. A frame with less than so much of the usual is
 // not fused; with less than kStrange of it, it is looked into.
 constexpr double kDoubtful = 0.8;
+constexpr double kOutliers = 4, kFewOutliers = 0.02, kOutOfSight = 0.8;
 // How fast "usual" follows: half in 3 frames, so that a slow decline is none, and in 22 of those that are
 // strange.
 constexpr double kUsual = 1.0 / 4, kUsualStrange = 1.0 / 32;
@@ -27,7 +28,12 @@ constexpr double kFar_m = 0.04, kFar_rad = 0.07;
 // After an interruption the frames that do not fit are searched for at once, some times, then three times a second.
 // So long the share that was usual is kept for measure, seconds; if none of it comes back the scene has changed.
 constexpr int kSearches = 3, kSearchEvery = 10;
+// Both, since some recordings have the numbers of frames for stamps.
 constexpr double kPatience_s = 3;
+constexpr int kPatienceFrames = 90;
+// A frame whose least held motion is held so much worse than usual may go on sliding (one plane of an office: 5 to 8 mm
+// for 1.2 of the whole view).
+constexpr double kFirm = 2;
 // Weak frames in a row that are an interruption: the prediction is good for fewer.
 constexpr int kInterrupted = 3;
 // While two thirds of the bright points find themselves in the keyframe it serves: each new one adds its own
@@ -64,7 +70,7 @@ void CameraTracking::clear() {
     frames_ = 0;
     known_ = false;
     sure_ = 0;
-    usual_close_share_ = usual_known_share_ = 0;
+    usual_close_share_ = usual_known_share_ = usual_weakest_m_ = 0;
     strange_frames_ = fused_ = 0;
     last_ = last_sure_ = {};
     last_t_ns_ = 0;
@@ -187,45 +193,56 @@ PoseFit CameraTracking::follow(const DepthImage& depth, const FrameView& frame, 
         report->verdict.weakest_m = unaided.weakest_m;
         if (report->verdict.state == TrackingState::tracking) report->verdict.state = TrackingState::weak;
     }
-    const bool odd = strange(report->verdict);
+    const bool odd = strange(report->verdict) || sudden(report->verdict);
     strange_frames_ = odd ? strange_frames_ + 1 : 0;
     const bool far = report->verdict.jump_m > kFar_m || report->verdict.jump_rad > kFar_rad;
     if (report->verdict.state == TrackingState::lost || far || (odd && strange_frames_ <= kTryAgain))
         fit = rescued(frame, fit, report);
+    if (!strange(report->verdict) && !sudden(report->verdict)) strange_frames_ = 0;  // a camera that moves fast needs it every time
     watch_interruption(frame, report->verdict);
     if (interrupted_ && !was_hidden_ && strange(report->verdict)) {
         if (searches_ < kSearches || searches_ % kSearchEvery == 0)
             fit = looked_for(depth, frame, ahead, fit, report);
         ++searches_;
         interrupted_ = !report->relocalised;
-        if (interrupted_ && report->verdict.state == TrackingState::tracking)
-            report->verdict.state = TrackingState::weak;
     }
+    if (interrupted_ && report->verdict.state == TrackingState::tracking)
+        report->verdict.state = TrackingState::weak;
     if (report->verdict.state == TrackingState::tracking && doubtful(report->verdict))
         report->verdict.state = TrackingState::weak;
     return fit;
 }
 
-// Begins with what hides the scene or leaves a motion free for some frames; ends with a frame that fits as those
-// before did, or when that was waited for long enough.
+// Begins with what hides the scene or leaves a motion free for some frames; ends with a frame that fits and is held
+// as those before were, or when frames that are held at all have been without for long enough.
 void CameraTracking::watch_interruption(const FrameView& frame, const Verdict& verdict) {
     const bool hides = hidden(verdict), unheld = verdict.state != TrackingState::tracking;
     interrupted_frames_ = hides || unheld ? interrupted_frames_ + 1 : 0;
     if (!interrupted_ && (hides || interrupted_frames_ >= kInterrupted)) {
         interrupted_ = true;
         searches_ = 0;
-        interrupted_t_ns_ = frame.t_ns;
     }
-    if (was_hidden_ && !hides) {
-        searches_ = 0;
-        interrupted_t_ns_ = frame.t_ns;
-    }
+    if (was_hidden_ && !hides) searches_ = 0;
     was_hidden_ = hides;
-    if (interrupted_ && ((!unheld && !strange(verdict)) ||
-                         seconds_between(interrupted_t_ns_, frame.t_ns) > kPatience_s)) {
+    if (!interrupted_) return;
+    ++held_frames_;
+    if (hides || unheld) {
+        interrupted_t_ns_ = frame.t_ns;
+        held_frames_ = 0;
+    }
+    const bool firm = verdict.weakest_m <= kFirm * usual_weakest_m_;
+    if ((!unheld && firm && !strange(verdict)) ||
+        (held_frames_ >= kPatienceFrames && seconds_between(interrupted_t_ns_, frame.t_ns) > kPatience_s)) {
         interrupted_ = false;
         sure_ = 0;
     }
+}
+
+// Worth a second look, though it may be right: four times as many points as usual disagree, or of what was known a
+// fifth went out of sight at once. (Drawn to the next repetition of a pattern: 3 to 7 % for 0.3 %, a third.)
+bool CameraTracking::sudden(const Verdict& verdict) const {
+    return 1 - verdict.close_share > std::max(kOutliers * (1 - usual_close_share_), kFewOutliers) ||
+           verdict.known_share < kOutOfSight * usual_known_share_;
 }
 
 // Less of the frame agrees with the map than did in the frames before.
@@ -251,6 +268,8 @@ void CameraTracking::keep(const DepthImage& depth, const FrameView& frame, const
     }
     if (report.state != TrackingState::tracking) return;
     last_sure_ = last_;
+    if (v.weakest_m > 0)
+        usual_weakest_m_ += (usual_weakest_m_ == 0 ? 1 : kUsual) * (v.weakest_m - usual_weakest_m_);
     if (bright_ && (!photometric_.has_keyframe() || report.verdict.keyframe_share < kKeyframeShare))
         photometric_.set_keyframe(points_, brightness_, last_);
     if (sure_ >= kSureFrames)

@@ -78,6 +78,7 @@ class CameraTracking {
         return verdict.close_share < kStrange * usual_close_share_;
     }
     bool strange(const Verdict& verdict) const;
+    bool sudden(const Verdict& verdict) const;
     bool hidden(const Verdict& verdict) const {  // of what was known, much is out of sight at once
         return verdict.known_share < kHidden * usual_known_share_;
     }
@@ -131,6 +132,7 @@ class CameraTracking {
     bool known_ = false;                                    // where the camera was in the last frame
     int sure_ = 0;                                          // frames tracked one after another
     double usual_close_share_ = 0, usual_known_share_ = 0;  // of recent frames, 0: not known
+    double usual_weakest_m_ = 0;                            // the same
     int fused_ = 0;                                         // frames, up to kYoungFrames
     int strange_frames_ = 0;                                // in a row
     Se3 last_;                                              // the last pose that was known
@@ -139,8 +141,8 @@ class CameraTracking {
 
     // Frames that nothing held, or behind a hand: until one fits as those before did, none is fused.
     bool interrupted_ = false, was_hidden_ = false;
-    int interrupted_frames_ = 0, searches_ = 0;
-    std::int64_t interrupted_t_ns_ = 0;  // when it began, and again when the hand was gone
+    int interrupted_frames_ = 0, held_frames_ = 0, searches_ = 0;
+    std::int64_t interrupted_t_ns_ = 0;  // when a frame was last hidden or not held
 };
 
 }  // namespace burin
