@@ -199,7 +199,17 @@ Result<Json> score_run(const Run& run, const Disturbance& disturbance) {
          first_frame(run,
                      [](const TrackedFrame& f) { return !f.lost() && f.has_truth && f.error_m() > kOffM; })},
     };
-    if (disturbance.any() || run.turn < 1 << 30) row["disturbance"] = around(run, disturbance.span());
+    if (disturbance.any() || run.turn < 1 << 30) {
+        const Json& d = row["disturbance"] = around(run, disturbance.span());
+        row["worst_ok_since_mm"] = std::max(d["during"]["worst_ok_since_mm"].get<double>(),
+                                            d["after"]["worst_ok_since_mm"].get<double>());
+        if (d.contains("back")) {
+            row["back_ok"] = d["back"]["ok"];
+            row["back_frames"] = d["back"]["frames"];
+            row["back_again_mm"] = d["back"]["worst_again_mm"];
+            row["back_since_mm"] = d["back"]["worst_ok_since_mm"];
+        }
+    }
     return row;
 }
 
