@@ -44,8 +44,8 @@ void cover(std::vector<T>& pixels, int width, int channels, T value) {
 // The place of the reading at a pixel; z is 0 without one.
 Vec3d reading(const Frame& frame, int x, int y) {
     const Camera& c = frame.depth_camera;
-    const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(c.width) +
-                           static_cast<std::size_t>(x);
+    const std::size_t at =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(x);
     const double z = frame.depth_unit_m * (frame.depth_u16.pixels.empty()
                                                ? static_cast<double>(frame.depth_f32.pixels[at])
                                                : static_cast<double>(frame.depth_u16.pixels[at]));
@@ -67,7 +67,10 @@ void keep_largest_plane(int step, Frame* frame) {
     std::size_t most = 0;
     for (int draw = 0; draw < kPlaneDraws && points.size() > 3; ++draw) {
         const auto any = [&](std::uint64_t which) {
-            return points[mixed(((static_cast<std::uint64_t>(step) << 20) + static_cast<std::uint64_t>(draw)) * 3 + which) % points.size()];
+            return points
+                [mixed(((static_cast<std::uint64_t>(step) << 20) + static_cast<std::uint64_t>(draw)) * 3 +
+                       which) %
+                 points.size()];
         };
         const Vec3d a = any(1), n = cross(any(2) - a, any(3) - a);
         if (norm(n) < 1e-3) continue;  // three readings on a line
@@ -94,7 +97,8 @@ Span Disturbance::span() const {
     if (dropout > 0 || skip > 1 || !any()) return {0, 1 << 30};
     Span all;
     for (const Span& s : {blank, hand, plane})
-        if (!s.empty()) all = all.empty() ? s : Span{std::min(all.first, s.first), std::max(all.last, s.last)};
+        if (!s.empty())
+            all = all.empty() ? s : Span{std::min(all.first, s.first), std::max(all.last, s.last)};
     return all;
 }
 

@@ -21,7 +21,8 @@ struct Disturbance {
     int skip = 1;        // only every skip-th frame is tracked: a camera that moves so much faster
 
     bool any() const { return !blank.empty() || !hand.empty() || !plane.empty() || dropout > 0 || skip > 1; }
-    // From the first disturbed frame to behind the last one. Of a dropout, a fast camera or nothing: all frames.
+    // From the first disturbed frame to behind the last one. Of a dropout, a fast camera or nothing: all
+    // frames.
     Span span() const;
 };
 

@@ -87,8 +87,10 @@ Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
         BURIN_TRY((*dataset)->load(i, &frame));
         if (!frame.has_pose && run.frames.empty()) continue;
         if (o.back) frame.imu.clear();
-        if (step < last) turn_ns = frame.t_ns;
-        else frame.t_ns = 2 * turn_ns - frame.t_ns;
+        if (step < last)
+            turn_ns = frame.t_ns;
+        else
+            frame.t_ns = 2 * turn_ns - frame.t_ns;
         if (number++ % o.disturbance.skip != 0) {
             hand_on(left_over, &frame.imu);
             left_over = frame.imu;

@@ -87,7 +87,8 @@ Return way_back(const Run& run, const Span& span, const TrackedFrame* since) {
         r.weak += f.tracking.state == TrackingState::weak;
         if (f.tracking.state != TrackingState::tracking) continue;
         if (++r.ok == 1) r.first_ok = r.frames - 1;
-        if (since && f.has_truth) r.worst_ok_since_m = std::max(r.worst_ok_since_m, motion_error_m(*since, f));
+        if (since && f.has_truth)
+            r.worst_ok_since_m = std::max(r.worst_ok_since_m, motion_error_m(*since, f));
         for (const TrackedFrame& before : run.frames)
             if (before.index == f.index && before.step < f.step &&
                 before.tracking.state == TrackingState::tracking)
@@ -236,7 +237,9 @@ std::string line_of(const std::string& name, const Json& row) {
         append(&line, "\n    tracked again after %d frames", d["found_after_frames"].get<int>());
     if (d.contains("back")) {
         const Json& b = d["back"];
-        append(&line, "\n    back   ok %d weak %d lost %d of %d, the first ok one is number %d, worst %.1f mm from before",
+        append(&line,
+               "\n    back   ok %d weak %d lost %d of %d, the first ok one is number %d, worst %.1f mm from "
+               "before",
                b["ok"].get<int>(), b["weak"].get<int>(), b["lost"].get<int>(), b["frames"].get<int>(),
                b["first_ok"].get<int>(), b["worst_again_mm"].get<double>());
         if (b["worst_ok_since_mm"].get<double>() > 0)

@@ -72,9 +72,11 @@ void add_options(CLI::App& app, Options* o) {
     app.add_option("--steps2", tracking.descent.steps[2]);
     app.add_flag("--back", o->run.back, "then the same frames backwards");
     app.add_option("--mesh", o->run.mesh, "file for the mesh of the map at the end (PLY)");
-    app.add_option("--blank", o->blank, "A:B, frames without depth and colour; with --back the count goes on");
+    app.add_option("--blank", o->blank,
+                   "A:B, frames without depth and colour; with --back the count goes on");
     app.add_option("--hand", o->hand, "A:B, frames with a hand before the lens");
-    app.add_option("--plane", o->plane, "A:B, frames of which the largest plane alone is seen, without colour");
+    app.add_option("--plane", o->plane,
+                   "A:B, frames of which the largest plane alone is seen, without colour");
     app.add_option("--dropout", disturbance.dropout, "share of depth pixels without a reading")
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--skip", disturbance.skip, "every N-th frame only")->check(CLI::Range(1, 100));

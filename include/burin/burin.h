@@ -476,11 +476,11 @@ typedef struct burin_beside {
     double mesh_ms;  /* out: the time that took, beside the tracking */
 } burin_beside;
 
-/* burin_scan, and beside it what belongs to the frames before and after: the threads of the map wait less for one
- * another. Poses, map and meshes are bit for bit those of burin_chunk_meshes followed by burin_scan. On return all
- * is done. result->fusion.depth_ms is the time that the frame's depth image took, also where that was during the
- * call before. Errors before anything is done: those of burin_scan (also of beside->next) and of
- * burin_chunk_meshes; INSUFFICIENT_MEMORY of the latter comes when the frame has been taken in. */
+/* burin_scan, and beside it what belongs to the frames before and after: the threads of the map wait less for
+ * one another. Poses, map and meshes are bit for bit those of burin_chunk_meshes followed by burin_scan. On
+ * return all is done. result->fusion.depth_ms is the time that the frame's depth image took, also where that
+ * was during the call before. Errors before anything is done: those of burin_scan (also of beside->next) and
+ * of burin_chunk_meshes; INSUFFICIENT_MEMORY of the latter comes when the frame has been taken in. */
 BURIN_API burin_status burin_scan_beside(burin_map map, const burin_frame* frame, burin_beside* beside,
                                          burin_scan_result* result);
 

@@ -149,6 +149,12 @@ class Map {
     [[nodiscard]] burin_status scan(const burin_frame& frame, burin_scan_result* result = nullptr) {
         return burin_scan(map_, &frame, result);
     }
+    // The same with work beside it: see burin_scan_beside.
+    [[nodiscard]] burin_status scan(const burin_frame& frame, burin_beside& beside,
+                                    burin_scan_result* result = nullptr) {
+        beside.struct_size = sizeof beside;
+        return burin_scan_beside(map_, &frame, &beside, result);
+    }
     [[nodiscard]] burin_status stats(burin_statistics& out) const { return burin_stats(map_, &out); }
     [[nodiscard]] burin_status hash(std::uint64_t& out) const { return burin_hash(map_, &out); }
 

@@ -41,7 +41,8 @@ Status scan(MapState& state, const burin_frame* frame, burin_beside* beside, bur
         work.next = &next;
     }
     if (beside && beside->key_count > 0) {
-        meshing.call = {beside->keys, beside->key_count, beside->mesh_options, beside->mesh, beside->ranges, 0, {}};
+        meshing.call = {
+            beside->keys, beside->key_count, beside->mesh_options, beside->mesh, beside->ranges, 0, {}};
         BURIN_TRY(meshing.call.check());
         work.context = &meshing;
         work.mesh = [](void* context, Jobs& jobs) {

@@ -78,7 +78,8 @@ Status ChunkMeshCall::run(FusionSession& session, Jobs& jobs) {
                                 {mesh->vertex_capacity - v, mesh->triangle_capacity - t}, places, jobs);
         for (int i = 0; i < meshed; ++i) {
             ranges[done + static_cast<std::uint64_t>(i)] = {v + places[i].first_vertex, places[i].vertices,
-                                                            t + places[i].first_triangle, places[i].triangles};
+                                                            t + places[i].first_triangle,
+                                                            places[i].triangles};
             mesh->vertex_count += places[i].vertices;
             mesh->triangle_count += places[i].triangles;
         }

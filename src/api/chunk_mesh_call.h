@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Meshes of chunks asked for through the C boundary, at once or beside a frame; and the checks that all calls for
-// meshes share.
+// Meshes of chunks asked for through the C boundary, at once or beside a frame; and the checks that all calls
+// for meshes share.
 #pragma once
 
 #include "api/call.h"

@@ -11,8 +11,8 @@
 
 namespace burin::cli {
 
-// A frame for the C interface; what it points to holds until the next but one is asked for, of a sensor until the
-// next one.
+// A frame for the C interface; what it points to holds until the next but one is asked for, of a sensor until
+// the next one.
 struct FeedFrame {
     burin_frame view = burin_frame_default();
     bool has_pose = false;        // view.T_world_camera is the source's own
@@ -25,7 +25,8 @@ class FrameFeed {
     // The next frame: true; false after the last, also once the user has interrupted.
     virtual Result<bool> next(FeedFrame* frame) = 0;
     virtual int index() const = 0;  // of the frame last handed out
-    // Whether the next frame may be asked for before this one is taken in: not when that means to wait for a sensor.
+    // Whether the next frame may be asked for before this one is taken in: not when that means to wait for a
+    // sensor.
     virtual bool looks_ahead() const { return false; }
     virtual int total() const = 0;  // frames there will be, 0: nobody knows
     virtual int width() const = 0;  // of depth images, the largest

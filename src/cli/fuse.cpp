@@ -28,9 +28,8 @@ void add_fuse(CLI::App& app, int* exit) {
     o->add_to(*command);
     command->callback([o, exit] {
         *exit = reconstruct(*o, {"fuse",
-                                 [](const FeedFrame& frame, burin_map map, burin_beside*, Totals* totals, std::string*) {
-                                     return fuse_frame(frame, map, totals);
-                                 },
+                                 [](const FeedFrame& frame, burin_map map, burin_beside*, Totals* totals,
+                                    std::string*) { return fuse_frame(frame, map, totals); },
                                  {},
                                  {}});
     });

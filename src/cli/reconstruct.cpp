@@ -13,8 +13,8 @@
 namespace burin::cli {
 namespace {
 
-// What a renderer that follows along would ask for after every frame: the chunks that changed, at once or beside the
-// next frame.
+// What a renderer that follows along would ask for after every frame: the chunks that changed, at once or
+// beside the next frame.
 class MeshStream {
   public:
     MeshStream(burin_map map, const burin_mesh_options& options) : map_(map), options_(options) {}
@@ -37,8 +37,8 @@ class MeshStream {
     Status update() {
         while (!done()) {
             std::uint64_t meshed = 0;
-            BURIN_TRY(status_of(burin_chunk_meshes(map_, keys_.data() + at_, count_ - at_, &options_, &buffers_,
-                                                   ranges_.data(), &meshed),
+            BURIN_TRY(status_of(burin_chunk_meshes(map_, keys_.data() + at_, count_ - at_, &options_,
+                                                   &buffers_, ranges_.data(), &meshed),
                                 map_));
             at_ += meshed;
         }
@@ -46,7 +46,8 @@ class MeshStream {
     }
 
   private:
-    static constexpr std::size_t kVertices = 1u << 20, kTriangles = 1u << 21;  // what does not fit comes in the next round
+    static constexpr std::size_t kVertices = 1u << 20,
+                                 kTriangles = 1u << 21;  // what does not fit comes in the next round
     burin_map map_;
     burin_mesh_options options_;
     std::uint64_t count_ = 0, at_ = 0;
@@ -55,8 +56,8 @@ class MeshStream {
     std::vector<float> positions_ = std::vector<float>(3 * kVertices), normals_ = positions_;
     std::vector<std::uint8_t> colours_ = std::vector<std::uint8_t>(3 * kVertices);
     std::vector<std::uint32_t> triangles_ = std::vector<std::uint32_t>(3 * kTriangles);
-    burin_mesh_buffers buffers_ = {kVertices,       kTriangles,        positions_.data(), normals_.data(),
-                                   colours_.data(), triangles_.data(), 0,                 0};
+    burin_mesh_buffers buffers_ = {
+        kVertices, kTriangles, positions_.data(), normals_.data(), colours_.data(), triangles_.data(), 0, 0};
 };
 
 // Feeds all frames to the map. The first failing status is returned with the frame it belongs to.
@@ -135,14 +136,15 @@ double frames_per_second(const Totals& t) {
     return ms > 0 ? 1000 * static_cast<double>(t.frame_ms.size()) / ms : 0;
 }
 
-// Stages overlap: the depth of the next frame and the mesh of the last one are made while this one is tracked.
+// Stages overlap: the depth of the next frame and the mesh of the last one are made while this one is
+// tracked.
 void print_stages(const nlohmann::json& report) {
     std::printf("%-10s %9s %9s %9s\n", "ms", "median", "p95", "mean");
     for (const char* name : {"wait", "depth", "track", "integrate", "planes", "mesh", "frame"}) {
         const nlohmann::json& s = report["stages"][name];
         if (s["mean_ms"].get<double>() > 0)
-            std::printf("%-10s %9.2f %9.2f %9.2f\n", name, s["p50_ms"].get<double>(), s["p95_ms"].get<double>(),
-                        s["mean_ms"].get<double>());
+            std::printf("%-10s %9.2f %9.2f %9.2f\n", name, s["p50_ms"].get<double>(),
+                        s["p95_ms"].get<double>(), s["mean_ms"].get<double>());
     }
     std::printf("%.1f frames a second\n", report["frames_per_second"].get<double>());
 }
@@ -230,16 +232,17 @@ Status write_report(const ReconstructOptions& o, const ReconstructSteps& steps, 
     return write_json(o.output + "/report.json", *report);
 }
 
-// Why no frame was fused. Frames that were looked at and told nothing are an outcome: trajectory and report are
-// written.
+// Why no frame was fused. Frames that were looked at and told nothing are an outcome: trajectory and report
+// are written.
 int complain_of_nothing(const ReconstructOptions& o, const ReconstructSteps& steps, FrameFeed& feed,
                         burin_map map, const Totals& totals, const std::string& note) {
     const std::string frames = "none of the " + std::to_string(totals.frames) + " frames ",
                       because = note.empty() ? "" : " (" + note + ")";
     if (totals.frames == 0 || !steps.finish)
-        return complain(kBadInput, o.feed.path + ": " + frames +
-                                       (totals.without_pose == totals.frames ? "has a pose" : "could be fused") +
-                                       because);
+        return complain(kBadInput,
+                        o.feed.path + ": " + frames +
+                            (totals.without_pose == totals.frames ? "has a pose" : "could be fused") +
+                            because);
     nlohmann::json report;
     if (const Status status = write_report(o, steps, feed, map, totals, 0, &report); !status.ok())
         return complain_output(status);

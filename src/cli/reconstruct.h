@@ -28,16 +28,17 @@ struct Totals {
     std::uint32_t store_flags = 0;
     std::vector<double> depth_ms, track_ms, integrate_ms, mesh_ms, planes_ms;
     std::vector<double> latency_ms;  // of a sensor: from a frame's last byte until it was taken in
-    std::vector<double> frame_ms, wait_ms;  // all that is done for a frame; of that, waiting for it to be decoded
-    Trajectory trajectory;           // of scan: the frames that have a pose
+    std::vector<double> frame_ms,
+        wait_ms;            // all that is done for a frame; of that, waiting for it to be decoded
+    Trajectory trajectory;  // of scan: the frames that have a pose
 
     // Of one frame that was fused.
     void add(const burin_frame_result& result);
 };
 
-// Hands one frame to the map. May be called with frames that have no pose. `beside`: what may be done meanwhile, the
-// next frame and chunks to be meshed, null when nothing may; one that does so sets meshed. *note: a word for the
-// progress line.
+// Hands one frame to the map. May be called with frames that have no pose. `beside`: what may be done
+// meanwhile, the next frame and chunks to be meshed, null when nothing may; one that does so sets meshed.
+// *note: a word for the progress line.
 using TakeFrame = std::function<burin_status(const FeedFrame& frame, burin_map map, burin_beside* beside,
                                              Totals* totals, std::string* note)>;
 

@@ -83,8 +83,9 @@ void Jobs::take_items(int worker, bool tell) {
     }
 }
 
-// Takes part in the run under way, unless it is over: a worker, or with kNoWorker a call of the pool. Sequentially
-// consistent, as in end_run: either this thread sees that the run is over, or the run waits for it.
+// Takes part in the run under way, unless it is over: a worker, or with kNoWorker a call of the pool.
+// Sequentially consistent, as in end_run: either this thread sees that the run is over, or the run waits for
+// it.
 void Jobs::enter(int worker) {
     inside_.fetch_add(1);
     const std::uint32_t open = open_.load();

@@ -75,12 +75,12 @@ class Jobs {
         });
     }
 
-    // One call of body() by a thread that has nothing else to do, while the calling thread goes on with runs of
-    // its own: what is serial in those, or too short for all threads, then costs the others no time. Runs do not
-    // wait for it, nor count on the thread that is at it. finish_behind() returns when it is done; the calling
-    // thread does what no other has begun (always, with one thread or a pool). One at a time; `body` must live
-    // until then, may not use these Jobs, and may write only what nothing reads or writes meanwhile: then the
-    // result depends on no timing. Not watched.
+    // One call of body() by a thread that has nothing else to do, while the calling thread goes on with runs
+    // of its own: what is serial in those, or too short for all threads, then costs the others no time. Runs
+    // do not wait for it, nor count on the thread that is at it. finish_behind() returns when it is done; the
+    // calling thread does what no other has begun (always, with one thread or a pool). One at a time; `body`
+    // must live until then, may not use these Jobs, and may write only what nothing reads or writes
+    // meanwhile: then the result depends on no timing. Not watched.
     template <class Body>
     void start_behind(Body& body) {
         behind_function_ = [](void* context) { (*static_cast<Body*>(context))(); };
@@ -122,8 +122,8 @@ class Jobs {
     JobPool pool_;
     enum Open : std::uint32_t { kClosed, kToWorkers, kToPool };
     std::atomic<std::uint32_t> open_{kClosed};  // a run is under way, and who may enter
-    std::atomic<int> inside_{0};     // workers, or calls of the pool, that have not left it
-    std::atomic<int> tickets_{0};    // of the calls that take part in this run
+    std::atomic<int> inside_{0};                // workers, or calls of the pool, that have not left it
+    std::atomic<int> tickets_{0};               // of the calls that take part in this run
 
     enum Behind : std::uint32_t { kNone, kOffered, kTaken, kDone };
     std::atomic<std::uint32_t> behind_{kNone};

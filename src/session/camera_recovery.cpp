@@ -19,9 +19,10 @@ constexpr int kSweepSteps = 6;
 // And by colour: the share of points whose brightness the map shows, and the median difference, in units of 2
 // levels.
 constexpr double kFoundSeen = 0.4, kFoundGrey = 1.3;
-// Where starts that lie so far apart all end at one place, less will do: a map of two seconds shows a frame from
-// 0.1 m aside a seventh less well than those it is made of (fr3: 0.71 for 0.82, brightness 1.4), and of 600 wrong
-// places that a lost camera was drawn to in a room (up to 0.95 of the usual share) none looked better than 1.7.
+// Where starts that lie so far apart all end at one place, less will do: a map of two seconds shows a frame
+// from 0.1 m aside a seventh less well than those it is made of (fr3: 0.71 for 0.82, brightness 1.4), and of
+// 600 wrong places that a lost camera was drawn to in a room (up to 0.95 of the usual share) none looked
+// better than 1.7.
 constexpr double kApart_m = 0.05, kTogether_m = 0.01, kTogether_rad = 0.01;
 constexpr double kAgreedClose = 0.8, kAgreedKnown = 0.75, kAgreedGrey = 1.6;
 
@@ -155,8 +156,8 @@ int CameraTracking::starts_of_search(const DepthImage& depth, const FrameView& f
     return count;
 }
 
-// All starts, and the pose that explains the frame best, when one does: report->relocalised. `followed`: where
-// following led, null for a lost camera.
+// All starts, and the pose that explains the frame best, when one does: report->relocalised. `followed`:
+// where following led, null for a lost camera.
 PoseFit CameraTracking::search(const DepthImage& depth, const FrameView& frame, const Prediction& ahead,
                                const PoseFit* followed, TrackingReport* report) {
     PoseFit best;

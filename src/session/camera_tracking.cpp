@@ -25,14 +25,15 @@ constexpr double kUsual = 1.0 / 4, kUsualStrange = 1.0 / 32;
 constexpr int kTryAgain = 3;
 // Further than this from the prediction, wallpaper may have drawn the pose to its next repetition.
 constexpr double kFar_m = 0.04, kFar_rad = 0.07;
-// After an interruption the frames that do not fit are searched for at once, some times, then three times a second.
-// So long the share that was usual is kept for measure, seconds; if none of it comes back the scene has changed.
+// After an interruption the frames that do not fit are searched for at once, some times, then three times a
+// second. So long the share that was usual is kept for measure, seconds; if none of it comes back the scene
+// has changed.
 constexpr int kSearches = 3, kSearchEvery = 10;
 // Both, since some recordings have the numbers of frames for stamps.
 constexpr double kPatience_s = 3;
 constexpr int kPatienceFrames = 90;
-// A frame whose least held motion is held so much worse than usual may go on sliding (one plane of an office: 5 to 8 mm
-// for 1.2 of the whole view).
+// A frame whose least held motion is held so much worse than usual may go on sliding (one plane of an office:
+// 5 to 8 mm for 1.2 of the whole view).
 constexpr double kFirm = 2;
 // Weak frames in a row that are an interruption: the prediction is good for fewer.
 constexpr int kInterrupted = 3;
@@ -198,7 +199,8 @@ PoseFit CameraTracking::follow(const DepthImage& depth, const FrameView& frame, 
     const bool far = report->verdict.jump_m > kFar_m || report->verdict.jump_rad > kFar_rad;
     if (report->verdict.state == TrackingState::lost || far || (odd && strange_frames_ <= kTryAgain))
         fit = rescued(frame, fit, report);
-    if (!strange(report->verdict) && !sudden(report->verdict)) strange_frames_ = 0;  // a camera that moves fast needs it every time
+    if (!strange(report->verdict) && !sudden(report->verdict))
+        strange_frames_ = 0;  // a camera that moves fast needs it every time
     watch_interruption(frame, report->verdict);
     if (interrupted_ && !was_hidden_ && strange(report->verdict)) {
         if (searches_ < kSearches || searches_ % kSearchEvery == 0)
@@ -213,8 +215,8 @@ PoseFit CameraTracking::follow(const DepthImage& depth, const FrameView& frame, 
     return fit;
 }
 
-// Begins with what hides the scene or leaves a motion free for some frames; ends with a frame that fits and is held
-// as those before were, or when frames that are held at all have been without for long enough.
+// Begins with what hides the scene or leaves a motion free for some frames; ends with a frame that fits and
+// is held as those before were, or when frames that are held at all have been without for long enough.
 void CameraTracking::watch_interruption(const FrameView& frame, const Verdict& verdict) {
     const bool hides = hidden(verdict), unheld = verdict.state != TrackingState::tracking;
     interrupted_frames_ = hides || unheld ? interrupted_frames_ + 1 : 0;
@@ -238,8 +240,9 @@ void CameraTracking::watch_interruption(const FrameView& frame, const Verdict& v
     }
 }
 
-// Worth a second look, though it may be right: four times as many points as usual disagree, or of what was known a
-// fifth went out of sight at once. (Drawn to the next repetition of a pattern: 3 to 7 % for 0.3 %, a third.)
+// Worth a second look, though it may be right: four times as many points as usual disagree, or of what was
+// known a fifth went out of sight at once. (Drawn to the next repetition of a pattern: 3 to 7 % for 0.3 %, a
+// third.)
 bool CameraTracking::sudden(const Verdict& verdict) const {
     return 1 - verdict.close_share > std::max(kOutliers * (1 - usual_close_share_), kFewOutliers) ||
            verdict.known_share < kOutOfSight * usual_known_share_;

@@ -45,8 +45,8 @@ struct ScanReport {
     TrackingReport tracking;
 };
 
-// What another thread does while a frame is tracked, which only reads the map: the mesh of what earlier frames
-// changed, and the depth image of the next frame. Neither changes any result.
+// What another thread does while a frame is tracked, which only reads the map: the mesh of what earlier
+// frames changed, and the depth image of the next frame. Neither changes any result.
 struct Beside {
     const FrameView* next = nullptr;  // checked; its pixels must stay as they are until it was scanned
     void (*mesh)(void* context, Jobs& jobs) = nullptr;  // calls mesh_chunks
@@ -187,9 +187,12 @@ class FusionSession {
         const void* pixels = nullptr;  // of that frame; null: none
         std::int64_t t_ns = 0;
         double ms = 0;
-        bool is_of(const FrameView& frame) const { return pixels && pixels == pixels_of(frame) && t_ns == frame.t_ns; }
+        bool is_of(const FrameView& frame) const {
+            return pixels && pixels == pixels_of(frame) && t_ns == frame.t_ns;
+        }
         static const void* pixels_of(const FrameView& frame) {
-            return frame.depth_u16.data ? static_cast<const void*>(frame.depth_u16.data) : frame.depth_f32.data;
+            return frame.depth_u16.data ? static_cast<const void*>(frame.depth_u16.data)
+                                        : frame.depth_f32.data;
         }
     } ahead_;
     CameraTracking tracking_;

@@ -212,6 +212,93 @@ TEST(ApiScan, BytesAreExact) {
         }
 }
 
+// What a loop with meshes gives, frame for frame: every pose, every vertex, and the map.
+struct Streamed {
+    std::vector<burin_pose> poses;
+    std::vector<float> positions;
+    std::vector<std::uint32_t> triangles;
+    std::uint64_t hash = 0;
+    bool operator==(const Streamed& o) const {
+        return poses.size() == o.poses.size() &&
+               std::memcmp(poses.data(), o.poses.data(), poses.size() * sizeof(burin_pose)) == 0 &&
+               positions == o.positions && triangles == o.triangles && hash == o.hash;
+    }
+};
+
+Streamed streamed(std::uint32_t threads, bool is_beside) {
+    constexpr int kFrames = 8;
+    burin_config config = scan_config();
+    config.threads = threads;
+    const ApiMap map(config);
+    Streamed out;
+    std::vector<burin_frame> frames;
+    for (int i = 0; i < kFrames; ++i) frames.push_back(frame_at(i));
+    std::vector<burin_chunk_key> keys(100000);
+    std::vector<burin_mesh_range> ranges(keys.size());
+    std::vector<float> positions(3 << 20);
+    std::vector<std::uint32_t> triangles(3 << 21);
+    std::uint64_t count = 0;
+    for (int i = 0; i < kFrames; ++i) {
+        burin_mesh_buffers mesh = {1 << 20, 1 << 21, positions.data(), nullptr, nullptr, triangles.data(),
+                                   0,       0};
+        burin_beside beside = {};
+        beside.struct_size = sizeof beside;
+        // Every third time another frame comes than was told: its depth is prepared anew.
+        if (i + 1 < kFrames) beside.next = &frames[static_cast<std::size_t>(i % 3 == 2 ? 0 : i + 1)];
+        beside.keys = keys.data();
+        beside.key_count = count;
+        beside.mesh = &mesh;
+        beside.ranges = ranges.data();
+        burin_scan_result result;
+        const burin_frame& frame = frames[static_cast<std::size_t>(i)];
+        if (is_beside) {
+            EXPECT_EQ(burin_scan_beside(map.map, &frame, &beside, &result), BURIN_OK)
+                << burin_last_error(map.map);
+        } else {
+            EXPECT_EQ(burin_chunk_meshes(map.map, keys.data(), count, nullptr, &mesh, ranges.data(),
+                                         &beside.meshed),
+                      BURIN_OK);
+            EXPECT_EQ(burin_scan(map.map, &frame, &result), BURIN_OK);
+        }
+        EXPECT_EQ(beside.meshed, count);
+        EXPECT_TRUE(i == 0 || mesh.triangle_count > 0);
+        out.poses.push_back(result.T_world_camera);
+        out.positions.insert(out.positions.end(), positions.data(), positions.data() + 3 * mesh.vertex_count);
+        out.triangles.insert(out.triangles.end(), triangles.data(),
+                             triangles.data() + 3 * mesh.triangle_count);
+        EXPECT_EQ(burin_dirty_chunks(map.map, keys.data(), keys.size(), &count), BURIN_OK);
+    }
+    out.hash = map.hash();
+    return out;
+}
+
+TEST(ApiScan, BesideGivesTheSameBits) {
+    const Streamed one = streamed(1, false);
+    EXPECT_TRUE(streamed(2, false) == one);
+    for (const std::uint32_t threads : {1u, 2u, 3u}) EXPECT_TRUE(streamed(threads, true) == one) << threads;
+}
+
+TEST(ApiScan, BesideRefusesWhatIsWrong) {
+    const ApiMap map(scan_config());
+    const burin_frame frame = frame_at(0);
+    burin_frame bad = frame_at(1);
+    bad.T_world_camera.qw = 7;
+    burin_beside beside = {};
+    EXPECT_EQ(burin_scan_beside(map.map, &frame, nullptr, nullptr), BURIN_INVALID_ARGUMENT);
+    expect_text(map.map, "beside is null");
+    EXPECT_EQ(burin_scan_beside(map.map, &frame, &beside, nullptr), BURIN_INVALID_ARGUMENT);
+    expect_text(map.map, "beside: size 0");
+    beside.struct_size = sizeof beside;
+    beside.next = &bad;
+    EXPECT_EQ(burin_scan_beside(map.map, &frame, &beside, nullptr), BURIN_INVALID_ARGUMENT);
+    beside.next = nullptr;
+    beside.key_count = 1;
+    EXPECT_EQ(burin_scan_beside(map.map, &frame, &beside, nullptr), BURIN_INVALID_ARGUMENT);
+    expect_text(map.map, "mesh is null");
+    EXPECT_EQ(map.stats().chunks_live, 0u);
+    EXPECT_EQ(burin_scan_beside(kNull, &frame, &beside, nullptr), BURIN_STATE);
+}
+
 TEST(ApiScan, TheApplicationsThreadsGiveTheSameBits) {
     const ApiMap own(scan_config()), lent(scan_config());
     burin_hooks hooks = burin_hooks_default();
