@@ -273,10 +273,11 @@ void CameraTracking::keep(const DepthImage& depth, const FrameView& frame, const
     last_sure_ = last_;
     if (v.weakest_m > 0)
         usual_weakest_m_ += (usual_weakest_m_ == 0 ? 1 : kUsual) * (v.weakest_m - usual_weakest_m_);
+    // Not yet of a camera that was just found: it still settles, and a keyframe would hold it where it is.
+    if (sure_ < kSureFrames) return;
     if (bright_ && (!photometric_.has_keyframe() || report.verdict.keyframe_share < kKeyframeShare))
         photometric_.set_keyframe(points_, brightness_, last_);
-    if (sure_ >= kSureFrames)
-        ferns_.harvest(ferns_.encode(make_thumbnail(depth, frame)), last_, frames_, frame.t_ns);
+    ferns_.harvest(ferns_.encode(make_thumbnail(depth, frame)), last_, frames_, frame.t_ns);
 }
 
 }  // namespace burin
