@@ -189,7 +189,8 @@ Status RecordingWriter::close() {
     running_ = false;
     disk_.close();
     const std::lock_guard lock(mutex_);
-    statistics_.state = RecordingState::closed;
+    // Why it ended before is still told.
+    if (statistics_.state == RecordingState::recording) statistics_.state = RecordingState::closed;
     return failure_;
 }
 

@@ -36,7 +36,7 @@ struct RecordingOptions {
 enum class RecordingState : std::uint8_t {
     closed,
     recording,
-    full,    // the disk has no room: the file ends with its last whole record
+    full,    // the disk has no room: the file ends with its last whole record; still so once it is closed
     failed,  // the disk refused otherwise: the same
 };
 const char* state_name(RecordingState state);

@@ -258,6 +258,11 @@ TEST(Recording, AFullDiskIsAStateWhileItStreams) {
     EXPECT_STREQ(state_name(RecordingState::full), "full");
     for (; n < 1000; ++n) ASSERT_EQ(add_rig_frame(writer, info, n).code(), Code::io) << "it never waits";
     EXPECT_EQ(writer.close().code(), Code::io);
+    EXPECT_EQ(writer.statistics().state, RecordingState::full) << "why it ended is still known";
+    MemoryRecording large;
+    ASSERT_TRUE(writer.open(&large, "it", "", info, rig_options()).ok());
+    EXPECT_EQ(writer.statistics().state, RecordingState::recording);
+    EXPECT_TRUE(writer.close().ok());
     EXPECT_EQ(writer.statistics().state, RecordingState::closed);
 }
 
