@@ -96,31 +96,22 @@ void SumOctants(const std::int16_t* HWY_RESTRICT sdf, const std::uint8_t* HWY_RE
                 fz = hn::Add(fz, hn::Mul(distance, uz));
             }
             const auto ux = Across(x0), wx = hn::Mul(w, ux);
-            // In the order of PlaneSums.
-            const hn::Vec<D32> terms[14] = {w,
-                                            wx,
-                                            wy,
-                                            wz,
-                                            hn::Mul(wx, ux),
-                                            hn::Mul(wy, ux),
-                                            hn::Mul(wz, ux),
-                                            wyy,
-                                            wyz,
-                                            wzz,
-                                            f,
-                                            hn::Mul(f, ux),
-                                            fy,
-                                            fz};
             static_assert(sizeof(PlaneSums) == 14 * sizeof(std::int32_t));
             alignas(64) std::int32_t lane[8];
-            for (int side = x0 / 4; side < (x0 + lanes) / 4; ++side) {
-                auto* out = reinterpret_cast<std::int32_t*>(sums + (side | half << 1));
-                for (int k = 0; k < 14; ++k) {
-                    hn::Store(terms[k], d, lane);
+            const auto put = [&](int k, hn::Vec<D32> term) HWY_ATTR {
+                hn::Store(term, d, lane);
+                for (int side = x0 / 4; side < (x0 + lanes) / 4; ++side) {
                     const std::int32_t* four = lane + 4 * side - x0;
-                    out[k] = (four[0] + four[1]) + (four[2] + four[3]);
+                    reinterpret_cast<std::int32_t*>(sums + (side | half << 1))[k] =
+                        (four[0] + four[1]) + (four[2] + four[3]);
                 }
-            }
+            };
+            // In the order of PlaneSums. No array of vectors: those of SVE have no size known to the
+            // compiler.
+            put(0, w), put(1, wx), put(2, wy), put(3, wz);
+            put(4, hn::Mul(wx, ux)), put(5, hn::Mul(wy, ux)), put(6, hn::Mul(wz, ux));
+            put(7, wyy), put(8, wyz), put(9, wzz);
+            put(10, f), put(11, hn::Mul(f, ux)), put(12, fy), put(13, fz);
         }
 }
 
