@@ -37,6 +37,27 @@ void hand_on(const std::vector<ImuSample>& from, std::vector<ImuSample>* to) {
     *to = std::move(all);
 }
 
+struct Freed {
+    void operator()(void* memory) const { std::free(memory); }
+};
+
+// A session with its memory, of which pages that are never touched cost nothing.
+struct OwnedSession {
+    std::unique_ptr<void, Freed> memory;
+    std::unique_ptr<FusionSession> session;
+
+    explicit OwnedSession(FusionOptions options) {
+        options.budget_bytes = std::uint64_t{2} << 30;
+        std::uint64_t bytes = 0;
+        options.volume.capacity = FusionSession::capacity_for(options, &bytes);
+        memory.reset(std::aligned_alloc(4096, (bytes + 4095) & ~std::uint64_t{4095}));
+        Arena arena(memory.get(), bytes);
+        session = std::make_unique<FusionSession>();
+        session->place(arena, options);
+        session->clear();
+    }
+};
+
 Status write_mesh_of(FusionSession& session, bool colour, const std::string& path, Jobs& jobs) {
     const MeshOptions options;
     const MeshCounts counts = session.count_mesh(options, jobs);
@@ -52,10 +73,6 @@ Status write_mesh_of(FusionSession& session, bool colour, const std::string& pat
     return write_ply(path, mesh);
 }
 
-struct Freed {
-    void operator()(void* memory) const { std::free(memory); }
-};
-
 }  // namespace
 
 Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
@@ -63,15 +80,10 @@ Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
     if (!dataset.ok()) return dataset.status();
     FusionOptions options = options_of(o.config);
     options.tracking = o.tracking;
-    options.budget_bytes = std::uint64_t{2} << 30;
-    std::uint64_t bytes = 0;
-    options.volume.capacity = FusionSession::capacity_for(options, &bytes);
-    const std::unique_ptr<void, Freed> memory(
-        std::aligned_alloc(4096, (bytes + 4095) & ~std::uint64_t{4095}));
-    Arena arena(memory.get(), bytes);
-    auto session = std::make_unique<FusionSession>();
-    session->place(arena, options);
-    session->clear();
+    const OwnedSession owned(options);
+    FusionSession& session = *owned.session;
+    std::unique_ptr<OwnedSession> truth;
+    if (!o.true_mesh.empty()) truth = std::make_unique<OwnedSession>(options);
     Jobs jobs(o.threads);
     Run run;
     Frame frame;
@@ -101,13 +113,17 @@ Result<Run> track_sequence(const std::string& folder, const RunOptions& o) {
         disturb(o.disturbance, step, &frame);
         run.has_imu = run.has_imu || !frame.imu.empty();
         const double cpu_start = cpu_ms();
-        const ScanReport r = session->scan(view_of(frame), jobs);
+        const std::uint64_t fused = session.frames();
+        const ScanReport r = session.scan(view_of(frame), jobs);
         run.frames.push_back({i, step, frame.t_ns, frame.has_pose, frame.T_world_camera, r.tracking,
                               r.fusion.depth_ms, r.fusion.integrate_ms, cpu_ms() - cpu_start});
+        if (truth && session.frames() > fused && frame.has_pose)
+            truth->session->integrate(view_of(frame), jobs);
         if (o.verbose) print_frame(run.frames.back());
     }
-    if (!o.mesh.empty()) BURIN_TRY(write_mesh_of(*session, o.config.colour, o.mesh, jobs));
-    run.chunks = session->volume().live();
+    if (!o.mesh.empty()) BURIN_TRY(write_mesh_of(session, o.config.colour, o.mesh, jobs));
+    if (truth) BURIN_TRY(write_mesh_of(*truth->session, o.config.colour, o.true_mesh, jobs));
+    run.chunks = session.volume().live();
     return run;
 }
 

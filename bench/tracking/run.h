@@ -19,6 +19,9 @@ struct RunOptions {
     bool back = false;     // then the same frames backwards: every place is seen again. Without the IMU
     bool verbose = false;  // a line a frame
     std::string mesh;      // a file for the mesh of the map at the end, none: empty
+    // A file for the mesh of the frames that were fused, fused with their true poses: what tracking alone,
+    // and not fewer or worse readings, did to the mesh above.
+    std::string true_mesh;
 };
 
 struct TrackedFrame {

@@ -72,6 +72,8 @@ void add_options(CLI::App& app, Options* o) {
     app.add_option("--steps2", tracking.descent.steps[2]);
     app.add_flag("--back", o->run.back, "then the same frames backwards");
     app.add_option("--mesh", o->run.mesh, "file for the mesh of the map at the end (PLY)");
+    app.add_option("--true-mesh", o->run.true_mesh,
+                   "the same of the same frames, fused with their true poses (PLY)");
     app.add_option("--blank", o->blank,
                    "A:B, frames without depth and colour; with --back the count goes on");
     app.add_option("--hand", o->hand, "A:B, frames with a hand before the lens");
